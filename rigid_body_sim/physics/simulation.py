@@ -48,6 +48,7 @@ from rigid_body_sim.physics.forces.elements import held_body_wrench
 from rigid_body_sim.physics.forces.held_wrenches import FOREVER, HeldWrenches, Slot
 from rigid_body_sim.physics.forces.power import COMMANDS
 from rigid_body_sim.physics.integration import choose
+from rigid_body_sim.physics.integration.integrator import Integrator
 from rigid_body_sim.physics.integration.lookout import Lookout, RecordedChoices, Watch
 from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.physics.model.body_axis import moment_of_body
@@ -102,10 +103,10 @@ class Simulation:
     ) -> None:
         warn_if_plain()
         check_record(scene)
-        self.scene = scene
-        self.dt_ns = scene.dt_ns if dt is None else tick_nanoseconds(dt)
-        self._dt = self.dt_ns / 1e9
-        self.integrator, plan = choose.resolve(
+        self._scene = scene
+        self._dt_ns = scene.dt_ns if dt is None else tick_nanoseconds(dt)
+        self._dt = self._dt_ns / 1e9
+        self._integrator, plan = choose.resolve(
             scene,
             integrator,
             integrator_options,
@@ -114,16 +115,16 @@ class Simulation:
             fastest=partial(_fastest_rate, scene),
             progress=progress,
         )
-        self.choices: tuple[choose.Choice, ...] = () if plan is None else (plan.choice,)
-        self.watch: Watch | None = None
+        self._choices: tuple[choose.Choice, ...] = () if plan is None else (plan.choice,)
+        self._watch: Watch | None = None
         self._shadows: dict[Any, Simulation] = {}
         self._stepping: dict[str, int] = {}  # 'thread': which one is in a step
-        self.invariants = Invariants(scene)
+        self._invariants = Invariants(scene)
         self._layout = Layout(scene)
         self._reader = StateReader(self._layout)
         self._held = HeldWrenches(self._layout, scene.gravity)
         self._stepper = Stepper(scene, self._layout, self.integrator)
-        self.stability = StabilityWatch(scene, self._layout, self.integrator, self.dt)
+        self._stability = StabilityWatch(scene, self._layout, self.integrator, self.dt)
         self._read: State | None = None
         self._ledger: EnergyLedger | None = None
         self._passive: tuple[PassiveEnergy, float] | None = None  # and what was stored then [J]
@@ -136,8 +137,38 @@ class Simulation:
         )
         self._loses_mass = self._out_of_mass[0] < math.inf
         if plan is not None and plan.setting is not None:
-            self.watch = Lookout(plan, scene, dt_ns=self.dt_ns, failed=SimulationDiverged)
-            self.watch.attach(shadow=self._shadow, change=self._go_on_with)
+            self._watch = Lookout(plan, scene, dt_ns=self.dt_ns, failed=SimulationDiverged)
+            self._watch.attach(shadow=self._shadow, change=self._go_on_with)
+
+    @property
+    def scene(self) -> Scene:
+        """What is simulated."""
+        return self._scene
+
+    @property
+    def integrator(self) -> Integrator:
+        """By which method; with `auto`, the one that it has chosen last."""
+        return self._integrator
+
+    @property
+    def invariants(self) -> Invariants:
+        """Energy and momenta of the scene in any state."""
+        return self._invariants
+
+    @property
+    def stability(self) -> StabilityWatch:
+        """The limits of the integrator in this scene."""
+        return self._stability
+
+    @property
+    def choices(self) -> tuple[choose.Choice, ...]:
+        """All that `auto` has chosen in this run, in order."""
+        return self._choices
+
+    @property
+    def watch(self) -> Watch | None:
+        """Who sees to it that the choice of `auto` holds; None where nobody does."""
+        return self._watch
 
     @property
     def choice(self) -> choose.Choice | None:
@@ -146,8 +177,8 @@ class Simulation:
 
     def follow_choices(self, choices: Sequence[choose.Choice]) -> None:
         """Change the integrator where it was changed in another run, tick by tick the same."""
-        self.watch = RecordedChoices(choices)
-        self.watch.attach(shadow=self._shadow, change=self._go_on_with)
+        self._watch = RecordedChoices(choices)
+        self._watch.attach(shadow=self._shadow, change=self._go_on_with)
 
     def _go_on_with(self, choice: choose.Choice) -> None:
         """Change the integrator at this tick boundary; the state stays."""
@@ -156,9 +187,9 @@ class Simulation:
             integrator,
             partial(
                 self.__dict__.update,
-                integrator=integrator,
-                stability=StabilityWatch(self.scene, self._layout, integrator, self.dt),
-                choices=(*self.choices, choice),
+                _integrator=integrator,
+                _stability=StabilityWatch(self.scene, self._layout, integrator, self.dt),
+                _choices=(*self.choices, choice),
             ),
         )
 
@@ -203,12 +234,12 @@ class Simulation:
     def __setstate__(self, kept: Mapping[str, Any]) -> None:
         settings = ('integrator', 'integrator_options', 'dt')
         Simulation.__init__(self, kept['scene'], **{key: kept[key] for key in settings})
-        self.choices = kept['choices']
+        self._choices = kept['choices']
         self.restore(tick=kept['tick'], state=kept['state'], slots=kept['slots'])
         self._start_ns = kept['start_ns']
-        self.watch = kept['watch']
-        if self.watch is not None:
-            self.watch.attach(shadow=self._shadow, change=self._go_on_with)
+        self._watch = kept['watch']
+        if self._watch is not None:
+            self._watch.attach(shadow=self._shadow, change=self._go_on_with)
 
     @property
     def time(self) -> float:
@@ -232,6 +263,11 @@ class Simulation:
     def dt(self) -> float:
         """Tick length [s]."""
         return self._dt
+
+    @property
+    def dt_ns(self) -> int:
+        """Tick length [ns]."""
+        return self._dt_ns
 
     @property
     def state(self) -> State:
@@ -287,7 +323,7 @@ class Simulation:
                 raise SimulationBusy
             if stepper.undo is not None:
                 self._return()
-            tick, watch, held = stepper.tick, self.watch, self._held
+            tick, watch, held = stepper.tick, self._watch, self._held
             end = tick + (ticks if ticks.__class__ is int and ticks >= 0 else _whole(ticks))
             if stepper.contact is not None:
                 stepper.forget_impacts()
@@ -447,7 +483,7 @@ class Simulation:
         self._settle()
         self._held_changed = True  # before it is so: an interrupt may come in between
         self._held.put_rows(force=force, torque=torque, frame=frame)
-        if self.watch is not None:
+        if self._watch is not None:
             shape = (len(self.scene.bodies), 3)
             pushed, turned = (
                 np.zeros(shape) if values is None else np.array(values, dtype=np.float64)
@@ -455,7 +491,7 @@ class Simulation:
             )
             for i in self._layout.moving.tolist():
                 asked = {'force': pushed[i], 'torque': turned[i], 'frame': frame, 'until': FOREVER}
-                self.watch.hold(self.tick, self.scene.bodies[i].name, 'wrench', **asked)
+                self._watch.hold(self.tick, self.scene.bodies[i].name, 'wrench', **asked)
 
     def run_for(self, seconds: float) -> None:
         """
@@ -499,9 +535,9 @@ class Simulation:
             self._held_changed = was_changed
         else:
             held.put(body, source, force=force, torque=torque, frame=frame, until=until)
-        if self.watch is not None:
+        if self._watch is not None:
             asked = {'force': force, 'torque': torque, 'frame': frame, 'until': until}
-            self.watch.hold(self.tick, body, source, **asked)
+            self._watch.hold(self.tick, body, source, **asked)
 
     def apply_impulse(
         self,
@@ -537,8 +573,8 @@ class Simulation:
         self._stepper.apply_impulse(core, ratio * np.array(linear), ratio * np.array(angular))
         if work is not None:
             work.add_work(COMMANDS, self._kinetic_energy_of(core) - before)
-        if self.watch is not None:
-            self.watch.strike(self.tick, body, linear=linear, angular=angular)
+        if self._watch is not None:
+            self._watch.strike(self.tick, body, linear=linear, angular=angular)
         return linear, angular
 
     def set_state(
@@ -588,8 +624,8 @@ class Simulation:
                 self._read = None
                 after = self._read_state()
                 work.add_work(COMMANDS, self.invariants.energy(after) - before)
-        if self.watch is not None:
-            self.watch.place(self.tick, body, **asked)
+        if self._watch is not None:
+            self._watch.place(self.tick, body, **asked)
 
     def _kinetic_energy_of(self, core: int) -> float:
         """Kinetic energy of one body [J]."""
@@ -897,8 +933,8 @@ class Simulation:
             self._start_ns = self._stepper.tick * self.dt_ns
             self._held.slots = {}
         self._renew_balance()
-        if self.watch is not None:
-            self.watch.reset(self.tick)
+        if self._watch is not None:
+            self._watch.reset(self.tick)
 
     def _renew_balance(self) -> None:
         if self._ledger is not None:
@@ -968,8 +1004,8 @@ class Simulation:
             self._stepper.tick = tick
             self._held.slots = slots
         self._renew_balance()
-        if self.watch is not None:
-            self.watch.resume(tick)
+        if self._watch is not None:
+            self._watch.resume(tick)
 
     @property
     def steps_taken(self) -> float:

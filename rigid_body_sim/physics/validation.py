@@ -289,7 +289,7 @@ def _check_inertia(body: Body, sound: set[bytes]) -> None:
         return
     if isinstance(body.shape, Particle):
         raise InvalidModel('a particle is a point mass and does not rotate; leave it out')
-    if not isinstance(body.inertia, np.ndarray) or body.inertia.dtype.kind not in 'iuf':
+    if type(body.inertia) is not np.ndarray or body.inertia.dtype.kind not in 'iuf':
         raise InvalidModel(f'got {shown(body.inertia)}; a (3, 3) array of numbers is needed')
     if body.inertia.shape != (3, 3) or body.inertia.tobytes() not in sound:
         check_inertia(body.inertia)

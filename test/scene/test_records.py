@@ -191,6 +191,45 @@ def test_what_is_read_of_a_state_cannot_be_written_to() -> None:
 
 
 @pytest.mark.parametrize(
+    'copied', [lambda scene: scene, copy.deepcopy, lambda scene: pickle.loads(pickle.dumps(scene))]
+)
+@pytest.mark.parametrize('name', ['tetrahedron', 'sea_bed', 'demo', 'satellite'])
+def test_no_array_of_a_scene_can_be_written_to_by_one_of_its_simulations(
+    name: str, copied: Callable[[Scene], Scene]
+) -> None:
+    scene = copied(Simulation(load_scene(name)).scene)
+    arrays = [
+        value
+        for body in scene.bodies
+        for value in (body.inertia, *getattr(body.shape, '__dict__', {}).values())
+        if isinstance(value, np.ndarray)
+    ]
+    assert arrays
+    for array in arrays:
+        with pytest.raises(ValueError, match='read-only'):
+            array[...] *= 2
+
+
+def test_the_inertia_of_a_body_is_a_copy() -> None:
+    inertia = np.diag([1.0, 2.0, 2.5])
+    body = Body('a', Box((1.0, 1.0, 1.0)), 1.0, inertia=inertia)
+    inertia *= 9.0
+    assert body.inertia is not None and body.inertia.tolist() == np.diag([1, 2, 2.5]).tolist()
+    assert replace(body, mass=2.0).inertia is body.inertia
+
+
+def test_what_a_simulation_is_of_cannot_be_set() -> None:
+    simulation = Simulation(SCENE)
+    simulation.step(2)
+    for name in (
+        *('scene', 'dt', 'dt_ns', 'time', 'tick', 'scene_time', 'state', 'integrator'),
+        *('choice', 'choices', 'watch', 'invariants', 'stability'),
+    ):
+        with pytest.raises(AttributeError, match='no setter'):
+            setattr(simulation, name, getattr(simulation, name))
+
+
+@pytest.mark.parametrize(
     'copied', [copy.copy, copy.deepcopy, lambda simulation: pickle.loads(pickle.dumps(simulation))]
 )
 def test_a_copy_goes_on_bit_for_bit_and_alone(copied: Callable[[Simulation], Simulation]) -> None:

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.errors import blaming
+from rigid_body_sim.physics.model.locked_arrays import LockedArrays, locked
 from rigid_body_sim.physics.model.rotation import IDENTITY, unit_quaternion
 from rigid_body_sim.physics.model.shapes import Shape
 from rigid_body_sim.physics.model.shown_scene import html_of, line_of
@@ -122,7 +123,7 @@ class Oscillation:
 
 
 @dataclass(frozen=True)
-class PrescribedMotion:
+class PrescribedMotion(LockedArrays):
     """
     How a body is moved, whatever acts on it, see `model.prescribed_motion`; its `initial` motion
     goes on beneath.
@@ -142,6 +143,9 @@ class PrescribedMotion:
     yaw: tuple[Oscillation, ...] = ()
     table: tuple[tuple[float, ...], ...] = ()
     point: Vector | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, 'table', locked(self.table))
 
 
 @dataclass(frozen=True)
@@ -166,13 +170,14 @@ class Frame:
 
 
 @dataclass(frozen=True, eq=False)
-class Body:
+class Body(LockedArrays):
     """
     One body.
 
     mass           : [kg]       > 0 (0 for a fixed body without mass)
     center_of_mass : (3,) [m]   body coordinates
-    inertia        : (3, 3) [kg m^2]  about the centre of mass, body axes; None for a point mass
+    inertia        : (3, 3) [kg m^2]  about the centre of mass, body axes; None for a point mass;
+                     a copy that cannot be written to: all simulations of a scene share it
     fixed          : immovable: its inverse mass and inertia are zero
     mass_flow      : how the mass changes; then `mass` and `inertia` are those at the start
     inertia_over_time : how the inertia changes; then `inertia` is that at the start, and diagonal
@@ -202,6 +207,9 @@ class Body:
     frames: Mapping[str, Frame] = field(default_factory=dict)
     motion: PrescribedMotion | None = None
     surface_velocity: Vector = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, 'inertia', locked(self.inertia))
 
     @property
     def is_point(self) -> bool:

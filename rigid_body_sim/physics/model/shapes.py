@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.errors import InvalidModel, blaming
+from rigid_body_sim.physics.model.locked_arrays import LockedArrays
 from rigid_body_sim.physics.model.numbers import is_list, is_number, numbers, shown
 from rigid_body_sim.physics.model.rotation import unit_quaternion
 
@@ -78,7 +79,7 @@ class Capsule:
 
 
 @dataclass(frozen=True, eq=False)
-class ConvexHull:
+class ConvexHull(LockedArrays):
     """The solid hull of points; vertices : (n, 3) [m], at least four, not all in one plane."""
 
     vertices: NDArray[np.float64]
@@ -88,7 +89,7 @@ class ConvexHull:
 
 
 @dataclass(frozen=True, eq=False)
-class Mesh:
+class Mesh(LockedArrays):
     """
     The solid inside a closed surface of triangles.
 
@@ -111,7 +112,7 @@ class Mesh:
 
 
 @dataclass(frozen=True, eq=False)
-class Surface:
+class Surface(LockedArrays):
     """
     Ground made of triangles as they are, open or closed, of a body that is fixed.
 
@@ -140,7 +141,7 @@ class Surface:
 
 
 @dataclass(frozen=True, eq=False)
-class Particles:
+class Particles(LockedArrays):
     """Point masses joined rigidly; positions : (n, 3) [m], masses : (n,) [kg], each positive."""
 
     positions: NDArray[np.float64]

@@ -32,6 +32,7 @@ from rigid_body_sim.physics.forces import body_point
 from rigid_body_sim.physics.forces.body_point import point_field
 from rigid_body_sim.physics.forces.element import BodyState, Places, key, pushed
 from rigid_body_sim.physics.forces.power import DRIVES, wrench_power
+from rigid_body_sim.physics.model.locked_arrays import locked
 from rigid_body_sim.physics.model.numbers import is_list, is_number, shown
 from rigid_body_sim.physics.model.plain_products import product
 from rigid_body_sim.physics.model.scene import Vector
@@ -156,6 +157,7 @@ class TimeTable:
     def __post_init__(self) -> None:
         with blaming('table'):
             self._check_table()
+        object.__setattr__(self, 'table', locked(self.table))
 
     def _check_table(self) -> None:
         if not is_list(self.table) or not all(map(_is_row, self.table)):
