@@ -119,8 +119,9 @@ class BodyEnv(Env):
         """Hold an action over `every`; a run that diverges has reward -inf."""
         given = array_of_numbers(action)
         if given is None or given.shape != self._limits.shape or not np.isfinite(given).all():
+            shape = '' if given is None else f' of shape {given.shape}'
             raise InvalidModel(
-                f'action of {self._body!r}: got {shown(action)} of shape {np.shape(given)}; '
+                f'action of {self._body!r}: got {shown(action)}{shape}; '
                 f'allowed: finite numbers {self._limits.shape}, as action_space.sample() gives '
                 'them; they are cut off at -1 and 1'
             )

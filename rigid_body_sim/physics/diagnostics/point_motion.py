@@ -46,7 +46,10 @@ class PointMotion(NamedTuple):
 class Moving(Protocol):
     """What is asked of a simulation: `physics.simulation.Simulation`."""
 
-    scene: Scene
+    @property
+    def scene(self) -> Scene:
+        """What is simulated."""
+        ...
 
     @property
     def state(self) -> State:
