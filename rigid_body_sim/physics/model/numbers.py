@@ -124,7 +124,7 @@ def _are_numbers(values: Any) -> bool:
         return USUAL.issuperset(map(type, values)) or all(map(_are_numbers, values))
     if isinstance(values, NUMBERS):
         return not isinstance(values, NONE)
-    if np.any(getattr(values, 'mask', False)):
+    if kind is not np.ndarray and np.any(getattr(values, 'mask', False)):
         return False
     array = np.asarray(values)
     return array.dtype.kind in 'iuf' or (
