@@ -37,6 +37,7 @@ from rigid_body_sim.physics.contact.collision.collider import (
 from rigid_body_sim.physics.contact.collision.geometry.manifold import NORMAL as FOUND_NORMAL
 from rigid_body_sim.physics.contact.collision.shape_parameters import HALF_EDGES, NORMAL
 from rigid_body_sim.physics.contact.events import flight_record
+from rigid_body_sim.physics.contact.events.best_axis import best_axis
 from rigid_body_sim.physics.contact.events.contact_points import corners
 from rigid_body_sim.physics.contact.events.flight import Flights, pose_of_side
 from rigid_body_sim.physics.contact.events.ground_parts import across_triangle, plane_of
@@ -140,6 +141,13 @@ def _axis(a: int, b: int, flights: Flights) -> Any:
         return between
     if type_a == BOX and type_b == BOX:
         return _axis_of_boxes(shape_a, shape_b, place_a, place_b, arrays)
+    exact = type_a != SPHERE and (
+        type_a == CYLINDER or type_b == CYLINDER or type_a == HULL or type_b == HULL
+    )
+    known = load(flights.views, flight_record.LAST_AXIS)
+    squared = dot(known, known)
+    if exact and squared > 0.0:
+        return best_axis(a, b, scale(1.0 / math.sqrt(squared), known), flights)
     bounds = arrays.local_bounds
     margin = size
     for collider in (a, b):
@@ -151,7 +159,8 @@ def _axis(a: int, b: int, flights: Flights) -> Any:
         type_a, type_b, arrays.parameters, shape_a, shape_b, poses, place_a, place_b, margin,
         flights.found,
     )  # fmt: skip
-    return load(flights.found, FOUND_NORMAL) if points > 0 else between
+    normal = load(flights.found, FOUND_NORMAL) if points > 0 else between
+    return best_axis(a, b, normal, flights) if exact else normal
 
 
 @kernel

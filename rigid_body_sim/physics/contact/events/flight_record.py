@@ -53,6 +53,15 @@ LOADED = event.number(
 )
 EVENT = event.padding(16)
 
+piece = Record()
+PIECE_OF_A = piece.number('-', 'vertex, end or rim of A: see `best_axis`')
+PIECE_OF_B = piece.number('-', 'that of B')
+AHEAD = piece.number('m', 'how far the two are apart along the axis')
+SLOPE_U = piece.number('m', 'how that changes as the axis turns to one vector across it')
+SLOPE_V = piece.number('m', 'and to another one')
+PIECE = piece.size
+MOST_PIECES = 8
+
 NEVER = 1e300  # [s]
 NONE = -1.0
 KEPT = 3.0  # the pair is left to the solver
@@ -64,12 +73,15 @@ MOST_POINTS = 8
 TOUCHING = 2 * VIEW
 CORNERS_A = TOUCHING + 3 * MOST_POINTS
 CORNERS_B = CORNERS_A + 3 * MOST_POINTS
-# and then the axis of the last evaluation (none: 0), and the facets of ground that are asked
+# and then the axis of the last evaluation (none: 0), the facets of ground that are asked, and the
+# pieces that an axis is found from
 LAST_AXIS = CORNERS_B + 3 * MOST_POINTS
 FIRST_PART = LAST_AXIS + 3  # an event: of the part of ground that is met first
 FACETS = FIRST_PART + EVENT
 FACET, LEFT_FROM = 0, 1  # of each: its number; from which instant on its triangles are asked [s]
 FACET_SIZE = 2
 MOST_FACETS = 48
-VIEWS = FACETS + FACET_SIZE * MOST_FACETS
+PIECES_KNOWN = FACETS + FACET_SIZE * MOST_FACETS  # how many there are
+PIECES = PIECES_KNOWN + 1
+VIEWS = PIECES + PIECE * MOST_PIECES
 BEHIND_BLOCKS = VIEWS + 2 * ROTATION  # and behind the blocks in which A and B are turned

@@ -764,8 +764,9 @@ def _measure(row: int, cache: Array, flights: Flights, counts: Indices) -> Any:
     if GROUND and is_ground(b, flights.colliders):
         if row > 0:
             return measure_ground(row, a, b, flights, counts)
-        store(flights.views, flight_record.LAST_AXIS, load(pairs, row + flight_record.NORMAL))
         ask_part(b, pairs[row + flight_record.PART], flights.colliders)
+    store(flights.views, flight_record.LAST_AXIS, load(pairs, row + flight_record.NORMAL))
+    flights.views[flight_record.PIECES_KNOWN] = 0.0
     look(0, a, 0.0, flights)
     look(1, b, 0.0, flights)
     normal = axis(a, b, flights)

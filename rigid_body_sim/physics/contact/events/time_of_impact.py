@@ -30,7 +30,7 @@ from rigid_body_sim.physics.contact.collision.shape_parameters import NORMAL, OF
 from rigid_body_sim.physics.contact.events import flight_record
 from rigid_body_sim.physics.contact.events.closest_axis import turn_of_axis
 from rigid_body_sim.physics.contact.events.flight import Flights, body_of, pose_of_side
-from rigid_body_sim.physics.contact.events.ground_parts import lever_of, plane_of
+from rigid_body_sim.physics.contact.events.ground_parts import is_ground, lever_of, plane_of
 from rigid_body_sim.physics.vectors import (
     add,
     add_scaled,
@@ -52,9 +52,9 @@ SOON = 1e-7  # [-] of the time left: extreme points of now are those of then
 OVERLAP = 1e-6  # [-] of the radii: what overlaps more does not meet, it is pushed apart
 AT_ONCE = 1e-13  # [-] of the tick: a step that is none
 
+NO_VECTOR = (0.0, 0.0, 0.0)
 MISSES, MEETS, STAYS = 0, 1, 2  # what is found
 
-GROUND = slot('[-] whether some collider is ground of triangles')
 look = slot('kernel (side, collider, time, flights): shows a collider at an instant')
 axis = slot('kernel (a, b, flights): the axis along which two colliders are farthest apart')
 
@@ -191,6 +191,9 @@ def _find_instant(a: int, b: int, start: float, end: float, row: int, flights: F
     pairs[row + flight_record.INSTANT] = flight_record.NEVER
     rounding = radius_about_core(a, flights.colliders) + radius_about_core(b, flights.colliders)
     time = start
+    if not is_ground(b, flights.colliders):
+        store(views, flight_record.LAST_AXIS, NO_VECTOR)
+    views[flight_record.PIECES_KNOWN] = 0.0
     for _evaluation in range(EVALUATIONS):
         look(0, a, time, flights)
         look(1, b, time, flights)
@@ -228,8 +231,7 @@ def _find_instant(a: int, b: int, start: float, end: float, row: int, flights: F
             step = root
         if step == left:
             return MISSES
-        if GROUND:
-            store(views, flight_record.LAST_AXIS, add_scaled(normal, step, turn))
+        store(views, flight_record.LAST_AXIS, add_scaled(normal, step, turn))
         center = load(views, flight_record.CENTER)
         size = (
             lever_of(a, flights.colliders)
