@@ -107,3 +107,48 @@ def test_an_instant_does_not_depend_on_the_place_of_the_world(kinds):
             assert len(impacts) > 0
             found.append(impacts.tick_ns * 1e-9 + impacts.remainder)
         np.testing.assert_allclose(found[0][:1], found[1][:1], rtol=0, atol=1e-13)
+
+
+def chain(masses, radii, e, shift):
+    """
+    Velocities after the first ball has run into a chain that touches, at 2 m/s.
+    """
+    places = np.concatenate([[0.0], np.cumsum(radii[1:] + radii[:-1])]) + shift
+    places[0] -= 0.3
+    sim = world(*(
+        {
+            **body(f'b{i}', {'type': 'sphere', 'radius': float(radii[i])}, (places[i], 0, 0),
+                   mass=float(masses[i]), velocity=(2.0 if i == 0 else 0.0, 0, 0)),
+            'restitution': e,
+        }
+        for i in range(len(masses))
+    ))  # fmt: skip
+    sim.step(40)
+    return sim.state.velocity[: len(masses), 0]
+
+
+def fastest_first(masses, e):
+    """
+    The same by the rule alone: neighbours meet one after the other, the fastest approach first.
+    """
+    v = np.zeros(len(masses))
+    v[0] = 2.0
+    while True:
+        approach = v[:-1] - v[1:]
+        i = int(np.argmax(approach))
+        if approach[i] < 1e-5:  # m/s: slower is the solver's
+            return v
+        impulse = (1 + e) * approach[i] / (1 / masses[i] + 1 / masses[i + 1])
+        v[i] -= impulse / masses[i]
+        v[i + 1] += impulse / masses[i + 1]
+
+
+@pytest.mark.parametrize('seed', range(6))
+def test_in_a_chain_that_touches_the_fastest_approach_comes_first_whatever_its_gaps_round_to(seed):
+    rng = np.random.default_rng(seed)
+    count, e = int(rng.integers(3, 7)), float(rng.uniform(0.4, 0.9))
+    masses, radii = 10 ** rng.uniform(-0.5, 0.5, count), rng.uniform(0.03, 0.08, count)
+    law = fastest_first(masses, e)
+    for shift in (0.0, 0.1, 0.37, -1.3):  # [m] the gaps are then other ones of some 1e-17 m
+        # what is slower than 1e-5 m/s is summed
+        np.testing.assert_allclose(chain(masses, radii, e, shift), law, rtol=0, atol=2e-5)

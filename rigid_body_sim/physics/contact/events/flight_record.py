@@ -51,6 +51,7 @@ PART = event.number('-', 'of ground, which part is met: see `on_ground`; NO_PART
 LOADED = event.number(
     '-', 'pair id of its manifold, which carries load elsewhere: see `free_points`; NONE'
 )
+NO_GAP = event.number('m', 'a smaller gap of the two is round-off of their places')
 EVENT = event.padding(16)
 
 piece = Record()

@@ -9,7 +9,8 @@ The impacts of a tick, in the order of their instants.
     until nobody meets within the tick; then the bodies that were struck go to its end
 
 Impacts at one instant come one after the other, the one with the greatest approach first, then in
-the order of the colliders; and again, until nobody approaches.
+the order of the colliders; and again, until nobody approaches. What is apart by no more than the
+round-off of its place meets at the same instant.
 
 A body that the solver moves, or whose forces depend on the state, cannot fly by itself. What meets
 it, and what is about to rest, asks for a cut: the tick of its island is then advanced in pieces
@@ -47,7 +48,12 @@ from rigid_body_sim.physics.contact.events.ground_parts import ask_part, is_grou
 from rigid_body_sim.physics.contact.events.impact import material_of
 from rigid_body_sim.physics.contact.events.joint import NO_LOAD
 from rigid_body_sim.physics.contact.events.on_ground import NO_MANIFOLD
-from rigid_body_sim.physics.contact.events.time_of_impact import MISSES, STAYS, extremes
+from rigid_body_sim.physics.contact.events.time_of_impact import (
+    MISSES,
+    ROUND_OFF,
+    STAYS,
+    extremes,
+)
 from rigid_body_sim.physics.contact.islands.union_find import find, unite
 from rigid_body_sim.physics.contact.solver import cache_record
 from rigid_body_sim.physics.vectors import dot, load, store, subtract
@@ -251,6 +257,14 @@ def _room_for_event(flights: Flights, counts: Indices) -> bool:
 
 
 @inline
+def _no_gap(a: int, b: int, flights: Flights) -> Any:
+    """Return the gap of two colliders that is but round-off of their places [m]."""
+    place = load(flights.colliders.swept_aabbs, a * swept_aabbs.SIZE + swept_aabbs.CENTER)
+    size = lever_of(a, flights.colliders) + lever_of(b, flights.colliders)
+    return ROUND_OFF * (size + math.sqrt(dot(place, place)))
+
+
+@inline
 def _add_event(a: int, b: int, h: float, flights: Flights, counts: Indices) -> int:
     """Add a pair to the events; return its number."""
     event = counts[tick_counts.EVENTS]
@@ -262,6 +276,7 @@ def _add_event(a: int, b: int, h: float, flights: Flights, counts: Indices) -> i
     pairs[row + flight_record.INSTANT] = flight_record.NEVER
     pairs[row + flight_record.APPROACH] = 0.0
     pairs[row + flight_record.SLOW] = _speed_that_counts(a, b, h, flights)
+    pairs[row + flight_record.NO_GAP] = _no_gap(a, b, flights)
     pairs[row + flight_record.MANIFOLD] = flight_record.NONE
     pairs[row + flight_record.HELD] = flight_record.NONE
     pairs[row + flight_record.PART] = flight_record.NO_PART
@@ -447,17 +462,21 @@ def _ask_ground_first(
 def _earliest(flights: Flights, counts: Indices) -> int:
     """Find the next event, see the module; NO_EVENT: there is none."""
     pairs, best = flights.pairs, event_lists.NO_EVENT
-    least = flight_record.NEVER
+    least, most = flight_record.NEVER, -math.inf
+    for event in range(1, counts[tick_counts.EVENTS]):
+        least = min(least, pairs[event * flight_record.EVENT + flight_record.INSTANT])
+    if least == flight_record.NEVER:
+        return best
     for event in range(1, counts[tick_counts.EVENTS]):
         row = event * flight_record.EVENT
-        instant = pairs[row + flight_record.INSTANT]
-        if instant < least or (
-            instant == least
-            and instant < flight_record.NEVER
-            and pairs[row + flight_record.APPROACH]
-            > pairs[best * flight_record.EVENT + flight_record.APPROACH]
-        ):
-            best, least = event, instant
+        approach, later = pairs[row + flight_record.APPROACH], pairs[row + flight_record.INSTANT]
+        later -= least
+        is_now = later == 0.0 or (
+            approach >= pairs[row + flight_record.SLOW]
+            and later * approach <= pairs[row + flight_record.NO_GAP]
+        )
+        if is_now and approach > most:
+            best, most = event, approach
     return best
 
 
