@@ -4,6 +4,11 @@
 Two bodies of any shape that meet in free flight: no blow without its impact, no energy lost.
 """
 
+import os
+import subprocess
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -152,3 +157,29 @@ def test_in_a_chain_that_touches_the_fastest_approach_comes_first_whatever_its_g
     for shift in (0.0, 0.1, 0.37, -1.3):  # [m] the gaps are then other ones of some 1e-17 m
         # what is slower than 1e-5 m/s is summed
         np.testing.assert_allclose(chain(masses, radii, e, shift), law, rtol=0, atol=2e-5)
+
+
+GIVES_UP = """
+import sys
+sys.path.insert(0, sys.argv[1])
+from rigid_body_sim.physics.contact.events import time_of_impact
+time_of_impact.EVALUATIONS = 2
+from contact.test_impacts_of_all_shapes import two
+sim = two('box cylinder', 0)
+while not sim.overlap_warnings and sim.time < 0.4:
+    sim.step(1)
+print(*sim.overlap_warnings.values())
+assert len(sim.impacts()) == 0
+assert set(sim.overlap_warnings.values()) <= set(sim.warnings())
+"""
+
+
+def test_a_pair_whose_instant_is_not_found_is_named():
+    """
+    With a search that gives up after two evaluations, in plain Python.
+    """
+    done = subprocess.run(
+        [sys.executable, '-c', GIVES_UP, str(Path(__file__).parents[1])], check=True,
+        capture_output=True, text=True, env={**os.environ, 'RIGID_BODY_SIM_COMPILE': '0'},
+    )  # fmt: skip
+    assert "'first' and 'other' met at an instant that could not be worked out" in done.stdout

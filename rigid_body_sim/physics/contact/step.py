@@ -69,6 +69,7 @@ from rigid_body_sim.physics.contact.collision.recycling import Recycling
 from rigid_body_sim.physics.contact.crew import Crew
 from rigid_body_sim.physics.contact.energy import account, gain_bound, restitution_bound
 from rigid_body_sim.physics.contact.energy.scratch import EnergyScratch
+from rigid_body_sim.physics.contact.events import flight_record
 from rigid_body_sim.physics.contact.events.flight import Flights
 from rigid_body_sim.physics.contact.islands import first_loads, left_sinking, sleep
 from rigid_body_sim.physics.contact.islands.bouncing import mark_bouncing
@@ -506,6 +507,12 @@ def _detect_contacts(number, h, world):
         world.flights, counts,
     ):  # fmt: skip
         return False
+    if EVENTS and world.flights.views[flight_record.UNDECIDED] > 0.0:
+        deep_overlaps.list_pair(
+            int(world.flights.views[flight_record.UNDECIDED + 1]),
+            int(world.flights.views[flight_record.UNDECIDED + 2]), 0.0, 0.0, 0.0, 1.0,
+            colliders.table, world.overlaps,
+        )  # fmt: skip
     if SLEEPING and sleep.wake_touched(
         manifold_count, h, colliders, manifolds, world.sleep.sleep_states
     ):

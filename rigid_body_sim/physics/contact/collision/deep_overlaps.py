@@ -11,8 +11,10 @@ Something heavy on something light, or a scene that begins so: what lies in the 
 faster than `energy.gain_bound` lets it, by some 0.06 mm/s in ticks of 4 ms. The kernel of the
 ticks looks at the manifolds as they are found, and at the end of a call at what presses
 (`islands.left_sinking`), and lists pairs of bodies with the greatest depth; Python reads the list
-and says each pair once. The deepest overlap of all, and whether anything has touched at all, are
-kept beside, tick for tick: between the instants at which somebody looks impacts come and go.
+and says each pair once. So are pairs whose impact has no instant that could be worked out
+(`events.time_of_impact`): the solver is left them. The deepest overlap of all, and whether anything
+has touched at all, are kept beside, tick for tick: between the instants at which somebody looks
+impacts come and go.
 """
 
 from __future__ import annotations
@@ -47,6 +49,7 @@ BODIES = pair.numbers(2, '-', 'indices in the scene')
 DEPTH = pair.number('m', 'greatest depth of the overlap')
 SPEED = pair.number('m/s', 'greatest that a tick has left it with: `islands.left_sinking`')
 START_DEPTH = pair.number('m', 'of the overlap in the first tick')
+UNDECIDED = pair.number('-', '1: they met at an instant that was not found')
 PAIR_SIZE = pair.size
 
 
@@ -67,8 +70,8 @@ def overlap_limits(local_bounds: Array) -> Array:
 
 @kernel
 def list_pair(
-    a: int, b: int, depth: float, speed: float, start_depth: float, table: Indices,
-    overlaps: Array,
+    a: int, b: int, depth: float, speed: float, start_depth: float, undecided: float,
+    table: Indices, overlaps: Array,
 ) -> None:  # fmt: skip
     """List the bodies of a pair of colliders, or what is greater of them: see `pair`."""
     index_a = float(table[a * collider_record.SIZE + collider_record.SCENE_INDEX])
@@ -83,12 +86,13 @@ def list_pair(
         if count == ROOM:
             return
         overlaps[row + BODIES], overlaps[row + BODIES + 1] = first, second
-        for entry in (DEPTH, SPEED, START_DEPTH):
+        for entry in (DEPTH, SPEED, START_DEPTH, UNDECIDED):
             overlaps[row + entry] = 0.0
         overlaps[COUNT] = count + 1.0
     overlaps[row + DEPTH] = max(overlaps[row + DEPTH], depth)
     overlaps[row + SPEED] = max(overlaps[row + SPEED], speed)
     overlaps[row + START_DEPTH] = max(overlaps[row + START_DEPTH], start_depth)
+    overlaps[row + UNDECIDED] = max(overlaps[row + UNDECIDED], undecided)
 
 
 @kernel
@@ -113,24 +117,24 @@ def list_deep_overlaps(
             b = int(manifolds[record + manifold_record.COLLIDER_B])
             limit = min(limits[a], limits[b])
             if -least > limit:
-                list_pair(a, b, -least, 0.0, 0.0, table, overlaps)
+                list_pair(a, b, -least, 0.0, 0.0, 0.0, table, overlaps)
             elif begins and -least > BEGUN / DEEP * limit:
-                list_pair(a, b, 0.0, 0.0, -least, table, overlaps)
+                list_pair(a, b, 0.0, 0.0, -least, 0.0, table, overlaps)
     overlaps[DEEPEST] = deepest
 
 
 def take_overlaps(overlaps: Array, into: dict[tuple[int, int], Array]) -> None:
-    """Move the list into the greatest DEPTH, SPEED and START_DEPTH of pairs of scene indices."""
+    """Move the list into the greatest of all that is listed of pairs of scene indices."""
     for row in overlaps[HEAD:].reshape(-1, PAIR_SIZE)[: int(overlaps[COUNT])]:
         first, second = (int(index) for index in row[BODIES : BODIES + 2])
-        found = row[[DEPTH, SPEED, START_DEPTH]]
+        found = row[[DEPTH, SPEED, START_DEPTH, UNDECIDED]]
         into[first, second] = np.maximum(found, into.get((first, second), 0.0))
     overlaps[COUNT] = 0.0
 
 
 def overlap_warning(first: str, second: str, found: Array) -> str:
     """Say that two bodies overlap, or are about to, and what helps; found: of `take_overlaps`."""
-    depth, speed, start_depth = found
+    depth, speed, start_depth, undecided = found
     if depth > 0.0:
         return (
             f'{first!r} and {second!r} overlap by {depth:.2g} m, more than a tenth of the '
@@ -142,6 +146,12 @@ def overlap_warning(first: str, second: str, found: Array) -> str:
             f'{first!r} and {second!r} are too unlike in mass for contact to carry the load of '
             'one on the other: the solver leaves them sinking into each other at '
             f'{speed:.2g} m/s; more substeps (contact.substeps) or a smaller dt carry more'
+        )
+    if undecided > 0.0:
+        return (
+            f'{first!r} and {second!r} met at an instant that could not be worked out: the solver '
+            'was left the pair, as in mode timestep; this impact is not listed, and may have lost '
+            'energy'
         )
     return (
         f'{first!r} and {second!r} begin {start_depth:.2g} m in each other: under a load contact '

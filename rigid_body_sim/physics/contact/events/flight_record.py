@@ -84,5 +84,7 @@ FACET_SIZE = 2
 MOST_FACETS = 48
 PIECES_KNOWN = FACETS + FACET_SIZE * MOST_FACETS  # how many there are
 PIECES = PIECES_KNOWN + 1
-VIEWS = PIECES + PIECE * MOST_PIECES
+# and the last pair of the tick whose instant was not found: 1: there is one; colliders A and B
+UNDECIDED = PIECES + PIECE * MOST_PIECES
+VIEWS = UNDECIDED + 3
 BEHIND_BLOCKS = VIEWS + 2 * ROTATION  # and behind the blocks in which A and B are turned

@@ -741,6 +741,7 @@ def _find_impacts(
     """
     count = flights.motion.body_count
     event_lists.clear(count, flights.links)
+    flights.views[flight_record.UNDECIDED] = 0.0
     for body in range(count):
         flights.records[body * flight_record.SIZE + flight_record.TIME] = flight_record.NOT_LOADED
     before = counts[tick_counts.IMPACTS]

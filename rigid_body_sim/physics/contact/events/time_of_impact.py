@@ -14,7 +14,8 @@ never steps over the instant, converges quadratically, and needs no step off aft
 of zero that grows has its own next root.
 
 Where the two touch and neither part nor approach, or creep along each other, or overlap already,
-there is no instant: such a pair is left to the solver.
+there is no instant: such a pair is left to the solver. So is one whose instant was not found in so
+many steps, or only behind it, but then the tick tells (`collision.deep_overlaps`).
 """
 
 from __future__ import annotations
@@ -190,6 +191,7 @@ def _find_instant(a: int, b: int, start: float, end: float, row: int, flights: F
     views, pairs, rest = flights.views, flights.pairs, end - start
     pairs[row + flight_record.INSTANT] = flight_record.NEVER
     rounding = radius_about_core(a, flights.colliders) + radius_about_core(b, flights.colliders)
+    levers = lever_of(a, flights.colliders) + lever_of(b, flights.colliders)
     time = start
     if not is_ground(b, flights.colliders):
         store(views, flight_record.LAST_AXIS, NO_VECTOR)
@@ -216,7 +218,7 @@ def _find_instant(a: int, b: int, start: float, end: float, row: int, flights: F
         turn = turn_of_axis(a, b, normal, flights)
         left = end - time
         gap, rate = extremes(a, b, normal, turn, SOON * left, rounding, flights)
-        if gap < -OVERLAP * (lever_of(a, flights.colliders) + lever_of(b, flights.colliders)):
+        if gap < -OVERLAP * levers:
             break
         bend = _bend(a, b, normal, turn, abs(gap), flights)
         curve = dot(normal, pull) - bend
@@ -233,11 +235,7 @@ def _find_instant(a: int, b: int, start: float, end: float, row: int, flights: F
             return MISSES
         store(views, flight_record.LAST_AXIS, add_scaled(normal, step, turn))
         center = load(views, flight_record.CENTER)
-        size = (
-            lever_of(a, flights.colliders)
-            + lever_of(b, flights.colliders)
-            + math.sqrt(dot(center, center))
-        )
+        size = levers + math.sqrt(dot(center, center))
         if gap <= ROUND_OFF * size or time + step == time:
             speeds = _speeds(a, b, flights)
             if rate < -STILL * speeds:
@@ -251,7 +249,18 @@ def _find_instant(a: int, b: int, start: float, end: float, row: int, flights: F
         time += step
     pairs[row + flight_record.INSTANT] = time
     pairs[row + flight_record.APPROACH] = 0.0
+    if time > start and (gap < -OVERLAP * levers or rate < -pairs[row + flight_record.SLOW]):
+        _tell_undecided(a, b, flights)
     return STAYS
+
+
+@inline
+def _tell_undecided(a: int, b: int, flights: Flights) -> None:
+    """Note two whose instant was not found; ground has other parts, which may decide."""
+    if not is_ground(b, flights.colliders):
+        flights.views[flight_record.UNDECIDED] = 1.0
+        flights.views[flight_record.UNDECIDED + 1] = float(a)
+        flights.views[flight_record.UNDECIDED + 2] = float(b)
 
 
 @inline

@@ -92,11 +92,11 @@ def list_left(
         b = int(manifolds[record + manifold_record.COLLIDER_B])
         if rows[lane + constraint.LEFT_SUBSTEPS] == substeps:
             speed = rows[lane + constraint.LEFT_SPEED]
-            deep_overlaps.list_pair(a, b, 0.0, speed, 0.0, table, overlaps)
+            deep_overlaps.list_pair(a, b, 0.0, speed, 0.0, 0.0, table, overlaps)
         points = int(manifolds[record + manifold_record.POINT_COUNT])
         if overlaps[deep_overlaps.DEEPEST] < 0.0 and _presses(lane, points, width, rows):
             overlaps[deep_overlaps.DEEPEST] = 0.0
         if ends:
             depth = _overlap(lane, points, width, rows)
             if depth > min(limits[a], limits[b]):
-                deep_overlaps.list_pair(a, b, depth, 0.0, 0.0, table, overlaps)
+                deep_overlaps.list_pair(a, b, depth, 0.0, 0.0, 0.0, table, overlaps)
