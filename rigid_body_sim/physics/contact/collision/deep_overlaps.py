@@ -12,9 +12,9 @@ faster than `energy.gain_bound` lets it, by some 0.06 mm/s in ticks of 4 ms. The
 ticks looks at the manifolds as they are found, and at the end of a call at what presses
 (`islands.left_sinking`), and lists pairs of bodies with the greatest depth; Python reads the list
 and says each pair once. So are pairs whose impact has no instant that could be worked out
-(`events.time_of_impact`): the solver is left them. The deepest overlap of all, and whether anything
-has touched at all, are kept beside, tick for tick: between the instants at which somebody looks
-impacts come and go.
+(`events.time_of_impact`): the solver is left them. The deepest overlap of all, and whether
+anything has touched at all, are kept beside, tick for tick: between the instants at which somebody
+looks impacts come and go.
 """
 
 from __future__ import annotations
