@@ -45,7 +45,9 @@ from rigid_body_sim.scene import numerals, regular_file
 KINDS = tuple(COMMAND_TYPES)
 NO_VECTOR: Vector = (0.0, 0.0, 0.0)
 LATEST = 2.0**31  # [s] what a stamp holds
-WRENCH_COLUMNS = ('fx', 'fy', 'fz', 'tx', 'ty', 'tz')
+FORCE_COLUMNS, TORQUE_COLUMNS = ('fx', 'fy', 'fz'), ('tx', 'ty', 'tz')
+WRENCH_COLUMNS = FORCE_COLUMNS + TORQUE_COLUMNS
+NOT_OF = {'force': TORQUE_COLUMNS, 'torque': FORCE_COLUMNS}  # their messages hold one vector
 POSE_COLUMNS = ('x', 'y', 'z', 'qx', 'qy', 'qz', 'qw')
 TWIST_COLUMNS = ('vx', 'vy', 'vz', 'wx', 'wy', 'wz')
 STATE_COLUMNS = POSE_COLUMNS + TWIST_COLUMNS
@@ -256,8 +258,9 @@ def read_csv(
 ) -> list[tuple[int, Command]]:
     """
     Read timed commands: columns time [s], body, kind, frame (world, body, or a frame of the
-    body), fx … tz; missing numbers are zero. A set_state has x, y, z, qx … qw (none: not turned),
-    vx … wz in their place; frame (world or body) says the axes of the velocities.
+    body), fx … tz; missing numbers are zero; a force has no torque, nor a torque a force. A
+    set_state has x, y, z, qx … qw (none: not turned), vx … wz in their place; frame (world or
+    body) says the axes of the velocities.
 
     commanded : names of the bodies that take commands; None: all
     returns : (tick, command), ascending; a command takes effect at the first tick boundary not
@@ -275,53 +278,63 @@ def _rows(
     path: Path, lines: Iterator[str], rules: CommandRules, dt_ns: int
 ) -> Iterator[tuple[int, Command]]:
     reader = csv.DictReader(lines)
-    columns = tuple(reader.fieldnames or ())
-    unknown = set(columns) - set(CSV_COLUMNS)
-    missing = {'time', 'body', 'kind'} - set(columns)
-    if unknown or missing:
-        raise UserError(
-            f'{path}: columns {", ".join(columns) or "none"}; needed: time, body, kind; '
-            f'allowed: {", ".join(CSV_COLUMNS)}'
-        )
+    _need_columns(path, tuple(reader.fieldnames or ()))
     for row in reader:
         where = f'{path}: line {reader.line_num}'
         if None in row or None in row.values():
             raise UserError(f'{where}: has not as many values as the header has columns')
-        numbers = {
-            name: _number(where, name, row.get(name))
-            for name in ('time', *WRENCH_COLUMNS, *STATE_COLUMNS)
-        }
-        if row['kind'] not in KINDS:
-            raise UserError(f'{where}: kind {row["kind"]!r}; allowed: {", ".join(KINDS)}')
-        if not 0.0 <= numbers['time'] < LATEST:
-            raise UserError(
-                f'{where}: time {numbers["time"]:g} s; allowed: 0 and more, below 2^31 s'
-            )
-        others = WRENCH_COLUMNS if row['kind'] == asked_states.KIND else STATE_COLUMNS
-        strange = [name for name in others if row.get(name)]
-        if strange:
-            raise UserError(
-                f'{where}: {row["kind"]} has no {strange[0]}; leave empty: {", ".join(others)}'
-            )
-        frame = row.get('frame') or 'world'
-        frame_id = row['body'] if frame == 'body' else frame
-        command = Command(row['body'], row['kind'], stamp_ns=round(numbers['time'] * 1e9))
-        if row['kind'] == asked_states.KIND:
-            if frame not in ('world', 'body'):
-                raise UserError(f'{where}: frame {frame!r} of a set_state; allowed: world, body')
-            command = replace(command, state=_state(row, numbers, frame_id))
-        else:
-            values = [numbers[name] for name in WRENCH_COLUMNS]
-            command = replace(
-                command,
-                force=(values[0], values[1], values[2]),
-                torque=(values[3], values[4], values[5]),
-                frame_id=frame_id,
-            )
+        command = _command(where, row)
         reason = rules.refusal(command)
         if reason is not None:
             raise UserError(f'{where}: {reason}')
         yield -(-command.stamp_ns // dt_ns), command
+
+
+def _need_columns(path: Path, columns: tuple[str, ...]) -> None:
+    """Refuse a header with columns that nobody knows, without those that are needed, or twice."""
+    allowed = f'needed: time, body, kind; allowed: {", ".join(CSV_COLUMNS)}'
+    unknown = set(columns) - set(CSV_COLUMNS)
+    missing = {'time', 'body', 'kind'} - set(columns)
+    if unknown or missing:
+        raise UserError(f'{path}: columns {", ".join(columns) or "none"}; {allowed}')
+    twice = next((name for name in columns if columns.count(name) > 1), None)
+    if twice is not None:
+        raise UserError(
+            f'{path}: columns {", ".join(columns)}: {twice} stands there {columns.count(twice)} '
+            f'times; allowed: each once; {allowed}'
+        )
+
+
+def _command(where: str, row: dict[str, str]) -> Command:
+    """Read the command of a line; what a scene allows is not asked here."""
+    numbers = {
+        name: _number(where, name, row.get(name))
+        for name in ('time', *WRENCH_COLUMNS, *STATE_COLUMNS)
+    }
+    kind = row['kind']
+    if kind not in KINDS:
+        raise UserError(f'{where}: kind {kind!r}; allowed: {", ".join(KINDS)}')
+    if not 0.0 <= numbers['time'] < LATEST:
+        raise UserError(f'{where}: time {numbers["time"]:g} s; allowed: 0 and more, below 2^31 s')
+    others = WRENCH_COLUMNS if kind == asked_states.KIND else STATE_COLUMNS
+    strange = [name for name in others if row.get(name)]
+    if strange:
+        raise UserError(f'{where}: {kind} has no {strange[0]}; leave empty: {", ".join(others)}')
+    frame = row.get('frame') or 'world'
+    frame_id = row['body'] if frame == 'body' else frame
+    command = Command(row['body'], kind, stamp_ns=round(numbers['time'] * 1e9))
+    if kind == asked_states.KIND:
+        if frame not in ('world', 'body'):
+            raise UserError(f'{where}: frame {frame!r} of a set_state; allowed: world, body')
+        return replace(command, state=_state(row, numbers, frame_id))
+    for name in NOT_OF.get(kind, ()):
+        if numbers[name]:
+            raise UserError(
+                f'{where}: {kind} has no {name}, got {row[name]}; leave empty, or zero: '
+                f'{", ".join(NOT_OF[kind])}; kind wrench has force and torque'
+            )
+    fx, fy, fz, tx, ty, tz = (numbers[name] for name in WRENCH_COLUMNS)
+    return replace(command, force=(fx, fy, fz), torque=(tx, ty, tz), frame_id=frame_id)
 
 
 def _state(row: dict[str, str], numbers: dict[str, float], frame_id: str) -> AskedState:

@@ -51,13 +51,13 @@ def rows(
     path: Path, read_rows: Callable[[Path, Iterator[str]], Iterable[Row]], *, wanted: str
 ) -> list[Row]:
     """
-    Read a CSV file in UTF-8; UserError for what is none.
+    Read a CSV file in UTF-8, a byte order mark before it or none; UserError for what is none.
 
     read_rows : makes rows of the path, for its messages, and the lines
     wanted    : what file to give instead, for messages
     """
     try:
-        text = read(path).decode()
+        text = read(path).decode('utf-8-sig')
         return list(read_rows(path, io.StringIO(text, newline='')))
     except (OSError, csv.Error) as error:
         said = reason(error) if isinstance(error, OSError) else error

@@ -86,8 +86,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         '--commands',
         type=Path,
         metavar='CSV',
-        help='timed commands: columns time, body, kind (force, torque, wrench, impulse), frame '
-        '(world, body), fx … tz',
+        help='timed commands: columns time, body, kind (force, torque, wrench, impulse, '
+        'set_state), frame (world, body, or one of the body), fx … tz, of set_state x … wz',
     )
     parser.add_argument(
         '--command-timeout',
@@ -166,7 +166,8 @@ def run(arguments: argparse.Namespace) -> int:
     whole = Run(simulation, settings, warn=warning_printer('simulate'))
     asked = arguments.publish_rate is not None or arguments.dt is not None
     rounded = rate_note(rate, simulation.dt_ns) if asked else None
-    for note in (rounded, start_alone_note(every, ticks, simulation.dt_ns)):
+    idle = _idle_note(arguments.commands, timed, ticks, simulation.dt_ns)
+    for note in (rounded, start_alone_note(every, ticks, simulation.dt_ns), idle):
         if note is not None:
             whole.add_warning(note)
     STOP.keep()
@@ -268,6 +269,32 @@ def whole_ticks(duration: float, simulation: Simulation) -> int:
             f'{simulation.dt:g} s; the run takes {ticks} of them, {whole:.9g} s'
         )
     return ticks
+
+
+def _idle_note(
+    path: Path | None, timed: list[tuple[int, Command]], ticks: int, dt_ns: int
+) -> str | None:
+    """
+    Say in a line that a file of commands holds none, or some that come too late; None: all act.
+
+    The bag keeps the line, so it names the file, and not the folder in which it lies.
+    """
+    if path is None:
+        return None
+    if not timed:
+        return (
+            f'{path.name} of --commands holds a header and no command: the run goes without; '
+            'give rows, or leave --commands out'
+        )
+    late = [command for tick, command in timed if tick >= ticks]
+    if not late:
+        return None
+    first = min(command.stamp_ns for command in late)
+    return (
+        f'{path.name} of --commands: {len(late)} of {len(timed)} commands never act, the first at '
+        f'{first * 1e-9:.9g} s: the last tick of the run begins at '
+        f'{(ticks - 1) * dt_ns * 1e-9:.9g} s; make --duration longer, or their times earlier'
+    )
 
 
 def _nanoseconds(seconds: float) -> int:

@@ -170,6 +170,9 @@ def test_an_existing_bag_is_never_overwritten(verb, tmp_path):
         ('time,body,kind,fx\n0,box,force,one\n', "'one'"),
         ('time,body,kind,tx\n0,ball,torque,1\n', 'point mass'),
         ('time,body,kind,fx\n0,box\n', 'line 2'),
+        ('time,body,kind,fx,fx\n0,box,force,1,2\n', 'fx stands there 2 times'),
+        ('time,body,kind,fx,tz\n0,box,force,1,5e-1\n', 'line 2: force has no tz, got 5e-1'),
+        ('time,body,kind,fx,tz\n0,box,torque,1,1\n', 'line 2: torque has no fx, got 1; leave'),
     ],
 )
 def test_bad_command_files_are_refused_by_line(verb, tmp_path, text, expected):
@@ -179,6 +182,38 @@ def test_bad_command_files_are_refused_by_line(verb, tmp_path, text, expected):
     assert code == 2
     assert expected in err
     assert err.count('\n') == 1
+
+
+def test_a_force_beside_empty_or_zero_torques_is_obeyed_and_replays(verb, tmp_path):
+    path, bag = tmp_path / 'c.csv', tmp_path / 'b'
+    path.write_text(
+        '\ufefftime,body,kind,fx,fy,fz,tx,ty,tz\n'  # as spreadsheets write it
+        '0,box,force,1,2,3,0,-0,\n0.1,box,torque,,0,-0,1,2,3\n0.2,box,wrench,1,2,3,1,2,3\n',
+        encoding='utf-8',
+    )
+    code, _, err = verb('simulate', SCENE, '-o', bag, '--commands', path, '--duration', 0.3)
+    assert (code, err) == (0, '')
+    assert verb('replay', bag)[0] == 0
+
+
+@pytest.mark.parametrize(
+    ('times', 'expected'),
+    [
+        ((), 'c.csv of --commands holds a header and no command'),
+        (('0.1', '0.2'), 'c.csv of --commands: 1 of 2 commands never act, the first at 0.2 s'),
+        (('7', '0.1', '5'), '2 of 3 commands never act, the first at 5 s'),
+        (('0.199',), ''),
+        (('0.1991',), 'the first at 0.1991 s: the last tick of the run begins at 0.199 s'),
+    ],
+)
+def test_commands_that_never_act_are_told(verb, tmp_path, times, expected):
+    path = tmp_path / 'c.csv'
+    rows = ''.join(f'{time},box,force,1\n' for time in times)
+    path.write_text('time,body,kind,fx\n' + rows)
+    words = ('--commands', path, '--duration', 0.2, '--dt', 0.001)
+    code, _, err = verb('simulate', SCENE, '-o', tmp_path / 'b', *words)
+    assert code == 0
+    assert (expected in err and err.count('\n') == 1) if expected else not err
 
 
 @pytest.mark.usefixtures('plain_source')
