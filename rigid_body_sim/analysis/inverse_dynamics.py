@@ -152,7 +152,7 @@ def derive(
 
     Raises UserError for samples that tell no motion, or a bandwidth that is not positive.
     """
-    need_motion(time, position)
+    need_motion(time, position, unit=unit)
     need_bandwidth(bandwidth)
     if not np.all(np.isfinite(orientation)):
         raise UserError('orientations hold NaN or infinity; every number must be finite')

@@ -6,6 +6,8 @@ What samples of a motion must be for a spline through them to tell its derivativ
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -19,8 +21,12 @@ FEWEST = DEGREE + 1  # samples
 FARTHEST = 1e100  # [m] squares of what is farther are no numbers
 
 
-def need_motion(time: Array, position: Array) -> None:
-    """Refuse times (k,) that do not ascend and positions (k, 3) [m] that are no numbers."""
+def need_motion(time: Array, position: Array, *, unit: float = 1.0) -> None:
+    """
+    Refuse times (k,) that do not ascend and positions (k, 3) [m] that are no numbers.
+
+    unit : [s] of the times
+    """
     if len(time) < FEWEST:
         raise UserError(
             f'{len(time)} samples; a spline of degree {DEGREE} needs at least {FEWEST}'
@@ -29,11 +35,17 @@ def need_motion(time: Array, position: Array) -> None:
         raise UserError('times or positions hold NaN or infinity; every number must be finite')
     if np.max(np.abs(position)) > FARTHEST:
         raise UserError(f'positions up to {np.max(np.abs(position)):g} m; allowed: 1e100 m')
-    late = np.flatnonzero(np.diff(time) <= 0.0)
+    need_ascending(time, unit=unit)
+
+
+def need_ascending(time: NDArray[Any], *, unit: float = 1.0) -> None:
+    """Refuse times (k,) [unit s] of which one is not later than the one before."""
+    late = np.flatnonzero(time[1:] <= time[:-1])
     if late.size:
+        before, at = (float(time[late[0] + k] * unit) for k in (0, 1))
         raise UserError(
-            f'sample {late[0] + 1}, at {time[late[0] + 1]:.9g} s, is not later '
-            'than the one before; times must ascend'
+            f'sample {late[0] + 1}, at {at:.15g} s, is not later than the one before, at '
+            f'{before:.15g} s; times must ascend'
         )
 
 

@@ -37,6 +37,7 @@ from rigid_body_sim.analysis.jumps import Jumps, jumps_of
 from rigid_body_sim.analysis.piecewise_spline import Break
 from rigid_body_sim.analysis.recorded_poses import Poses, from_bag, from_csv
 from rigid_body_sim.analysis.run_steps import RunSteps, steps_of
+from rigid_body_sim.analysis.samples import need_ascending
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model.scene import Scene
@@ -197,6 +198,7 @@ def _derive(
         for table in (({}, {}) if jumps is None else (jumps.paths, jumps.turns))
     ]
     try:
+        need_ascending(poses.time_ns, unit=1e-9)  # here: below they count from `start`
         return derive(
             (poses.time_ns - start).astype(float),
             poses.position,

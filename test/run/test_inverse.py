@@ -159,6 +159,20 @@ def test_a_file_that_tells_no_motion_is_refused(tmp_path, verb, text, said):
     assert not (tmp_path / 'new').exists()
 
 
+@pytest.mark.parametrize('start', [0.0, 1.0, 1.7e9])
+@pytest.mark.parametrize('with_scene', [False, True])
+def test_a_time_that_does_not_ascend_is_told_in_seconds(tmp_path, verb, start, with_scene):
+    text = 'time,body,px,py,pz\n'
+    for k in (0, 1, 2, 2, 3, 4, 5, 6):
+        text += f'{start + 0.25 * k!r},box,0,0,0\n'
+    (tmp_path / 'poses.csv').write_text(text)
+    scene = ('--scene', 'two_bodies') if with_scene else ()
+    code, _, err = verb('inverse', tmp_path / 'poses.csv', '-o', tmp_path / 'new', *scene)
+    assert code == 2
+    at = f'{start + 0.5:.15g} s'
+    assert f'sample 3, at {at}, is not later than the one before, at {at}; times' in err
+
+
 def test_a_bag_without_poses_and_an_existing_target_are_refused(recorded, tmp_path, verb):
     code, _, err = verb('inverse', recorded, '-o', recorded)
     assert code == 2 and 'exists already' in err
