@@ -52,13 +52,15 @@ class Outcome:
     failed  : of them, those that did not come to their end
     reasons : how often each reason was given
     notes   : on what went otherwise than it should
+    before  : the same of runs that an earlier process made; None: there was none
     """
 
-    def __init__(self) -> None:
+    def __init__(self, before: Outcome | None = None) -> None:
         self.made = 0
         self.failed = 0
         self.reasons: dict[str, int] = {}
         self.notes: list[str] = []
+        self.before = before
 
     def take(self, rows: Sequence[Row], notes: Sequence[str]) -> None:
         """Count what rows tell."""
@@ -278,6 +280,9 @@ def to_file(
     need('pyarrow')  # said now, not when all is done
     parts = Parts(path, sweep)
     try:
+        before = Outcome()
+        for rows in parts.statuses():
+            before.take(rows, ())
         missing = [] if parts.is_finished else parts.missing()
         outcome = run_all(
             sweep,
@@ -288,6 +293,7 @@ def to_file(
             progress=progress,
             nursery=nursery,
         )
+        outcome.before = before if before.made else None
         parts.finish()
     finally:
         parts.close()

@@ -18,7 +18,7 @@ import json
 import os
 import re
 import shutil
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 
@@ -156,11 +156,18 @@ class Parts:
             found.append((begin, self._sweep.runs))
         return found
 
+    def statuses(self) -> Iterator[list[Row]]:
+        """Give status and reason of the runs that are done."""
+        for path in [self.path] if self.is_finished else self._files():
+            yield from table.statuses(path)
+
+    def _files(self) -> list[Path]:
+        return [self.folder / f'{a:012d}-{b:012d}.parquet' for a, b in sorted(self.done)]
+
     def finish(self) -> None:
         """Make the file of the parts, and remove them."""
-        names = [f'{first:012d}-{last:012d}.parquet' for first, last in sorted(self.done)]
-        parts = [self.folder / name for name in names]
         if not self.is_finished:
+            parts = self._files()
             try:
                 self._write(self.path, lambda p: table.write(self._sweep, parts, p))
             except OSError as error:

@@ -149,3 +149,13 @@ def _read(part: Path) -> Any:
 
     with pyarrow.parquet.ParquetFile(part) as file:
         return file.read(use_threads=False)
+
+
+def statuses(path: Path) -> Iterator[list[Row]]:
+    """Give status and reason of the rows of a file, group by group."""
+    import pyarrow.parquet
+
+    with pyarrow.parquet.ParquetFile(path) as file:
+        for group in range(file.num_row_groups):
+            read = file.read_row_group(group, columns=['status', 'reason'], use_threads=False)
+            yield read.to_pylist()

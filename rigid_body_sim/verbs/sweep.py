@@ -19,6 +19,7 @@ import os
 import re
 import sys
 import time
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -228,7 +229,10 @@ def _report(plan: Sweep, arguments: argparse.Namespace, outcome: Outcome, *, wal
     for note in outcome.notes:
         say(f'rigid_body_sim sweep: {note}')
     failed, made = outcome.failed, outcome.made
-    code = 1 if plan.runs and failed == made == plan.runs else 0
+    before = outcome.before
+    made_before, failed_before = (before.made, before.failed) if before else (0, 0)
+    whole = failed + failed_before
+    code = 1 if plan.runs and whole == plan.runs else 0
     if arguments.json:
         result = {
             'output': str(arguments.output),
@@ -244,12 +248,14 @@ def _report(plan: Sweep, arguments: argparse.Namespace, outcome: Outcome, *, wal
         }
         print(json.dumps(result))
         return code
-    before = plan.runs - made
-    taken = f'; {before} of them were made before' if before else ''
+    were = 'was' if made_before == 1 else 'were'
+    taken = f'; {made_before} of them {were} made before' if made_before else ''
     print(f'{plan.title}: {_runs(plan.runs)} of {plan.duration:g} s in {wall:.2f} s{taken}')
-    if failed:
-        print(f'  {failed} failed: their rows say why')
-        often = sorted(outcome.reasons.items(), key=lambda item: (-item[1], item[0]))
+    if whole:
+        told = f', {failed_before} of them before' if failed_before else ''
+        print(f'  {whole} failed{told}: their rows say why')
+        reasons = Counter(outcome.reasons) + Counter(before.reasons if before else ())
+        often = sorted(reasons.items(), key=lambda item: (-item[1], item[0]))
         for reason, count in often[:SHOWN_REASONS]:
             print(f'    {_runs(count)}: {reason}')
     print(f'  table: {arguments.output}')

@@ -220,6 +220,30 @@ def test_parts_of_every_cut_make_the_same_bytes(undisturbed, tmp_path):
     assert made(alone(), path) == undisturbed
 
 
+@pytest.mark.parametrize(
+    ('masses', 'parts', 'code', 'told'),
+    [
+        ('-1,1,-2,-1', 1, 0, ('4 runs of', '1 of them was made', '3 failed, 1 of them before')),
+        ('1,-1,-2,2', 1, 0, ('4 runs of', '1 of them was made', '2 failed: their rows')),
+        ('-1,1,2,3', 1, 0, ('4 runs of', '1 of them was made', '1 failed, 1 of them before')),
+        ('-1,-1,-2,-3', 1, 1, ('4 runs of', '4 failed, 1 of them before', '2 runs: ')),
+    ],
+)
+def test_a_sweep_that_goes_on_tells_the_failures_of_its_whole_table(
+    verb, tmp_path, masses, parts, code, told
+):
+    path, file = tmp_path / 'scene.yaml', tmp_path / 'runs.parquet'
+    path.write_text(json.dumps(scene(integrator='rk45')))
+    sweep = plan_sweep(path, {'ball.mass': masses}, duration=0.1)
+    with pytest.raises(Cut):
+        made(sweep, file, progress=cut_at(file, parts))
+    words = ('sweep', path, '--vary', f'ball.mass={masses}', '--duration', 0.1, '-j', 1)
+    found, out, _ = verb(*words, '-o', file)
+    assert found == code and all(words in out for words in told), out
+    rows = pyarrow.parquet.read_table(file)['status'].to_pylist()
+    assert f'  {sum(status != "done" for status in rows)} failed' in out
+
+
 def test_a_process_killed_between_file_and_clean_up_is_finished(
     undisturbed, tmp_path, monkeypatch
 ):
