@@ -58,7 +58,6 @@ ON_REQUEST = {
     'angular_momentum': 'angular_momentum',
 }
 COMMANDS = {'force': 'command_force', 'torque': 'command_torque'}
-NO_DRIFT = 1e-17  # [-] zero has no place on a logarithmic axis
 MOST_IMPACTS = 100_000  # marks: 3 MB of the page
 
 
@@ -508,7 +507,7 @@ def _curves(energy: EnergyHistory, numbers: PageNumbers) -> list[dict[str, Any]]
             own = numbers.add(balance.time, 'f8')
             plots.append({'title': 'work', 'unit': 'J', 'time': own, 'curves': works})
     drifts = [
-        curve(name, np.maximum(np.abs(energy.drift[:, i]), NO_DRIFT), COLORS[i])
+        curve(name, np.abs(energy.drift[:, i]), COLORS[i])
         for i, name in enumerate(
             (
                 'rise of energy' if energy.may_only_fall else 'energy',
@@ -522,7 +521,7 @@ def _curves(energy: EnergyHistory, numbers: PageNumbers) -> list[dict[str, Any]]
     if drifts:
         plots.append({'title': 'worst drift so far', 'time': time, 'curves': drifts} | log)
     if balance is not None and balance.turnover > 0.0:
-        defect = np.maximum(np.abs(balance.defect) / balance.turnover, NO_DRIFT)
+        defect = np.abs(balance.defect) / balance.turnover
         curves = [curve('defect / turnover', defect, COLORS[3])]
         own = numbers.add(balance.time, 'f8')
         plots.append({'title': 'energy balance', 'time': own, 'curves': curves} | log)

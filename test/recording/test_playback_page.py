@@ -340,6 +340,18 @@ def test_a_click_on_a_body_selects_it_and_its_plots(opened, run):
     assert not any('torque' in title for title in titles)  # the box has none: no empty panel
 
 
+def test_what_is_zero_on_a_logarithmic_axis_is_told_as_zero(opened, run):
+    plots = [plot for plot in run['curves'] if plot.get('logarithmic')]
+    drifts = [run.array(curve['values']) for plot in plots for curve in plot['curves']]
+    assert drifts and all(drift[0] == 0.0 for drift in drifts)
+    tab, titles = opened(), [f'{plot["title"]} [–]' for plot in plots]
+    tab.evaluate('view.seek(0)')
+    shown = tab.evaluate(f"""[...document.querySelectorAll('figure')]
+        .filter(figure => {titles}.includes(figure.querySelector('.title').textContent))
+        .flatMap(figure => [...figure.querySelectorAll('b')].map(value => value.textContent))""")
+    assert shown == ['0'] * len(drifts)
+
+
 def test_the_plots_follow_the_time_and_a_click_in_a_plot_sets_it(opened, run):
     tab = opened()
     middle = tab.evaluate("""(() => {

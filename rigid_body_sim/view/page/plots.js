@@ -6,6 +6,7 @@ import { arrayOf, rotate } from 'view/run';
 const XYZ = ['x', 'y', 'z'];
 const DEGREES = [1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 0.01, 0.1, 0.5, 1, 2, 5, 10, 20, 45, 90, 180];
 const HEIGHT = 118;                     // [CSS pixel]
+const NO_DRIFT = 1e-17;                 // [-] zero has no place on a logarithmic axis: it is drawn here, and told as 0
 
 // What is plotted of a body: title, unit, names of the components, and how to read them at an instant.
 const OF_BODY = [
@@ -146,7 +147,7 @@ class Plot {
     });
     holder.append(this.element);
     this.chart = this.element.querySelector('.chart');
-    this.drawing = new uPlot(this.options(), [Array.from(told.times), ...told.columns], this.chart);
+    this.drawing = new uPlot(this.options(), [Array.from(told.times), ...drawn(told)], this.chart);
     this.now = document.createElement('div');
     this.now.className = 'now';
     this.drawing.over.append(this.now);
@@ -162,7 +163,7 @@ class Plot {
       cursor: { drag: { x: false, y: false }, points: { size: 5 }, y: false },
       scales: {
         x: { time: false, range: (_, low, high) => (high > low ? [low, high] : [low, low + 1]) },
-        y: told.logarithmic ? { distr: 3, range: (_, low, high) => [0.5 * (low || 1e-17), 2 * (high || 1e-15)] } : { range: (_, low, high) => calm(low, high) },
+        y: told.logarithmic ? { distr: 3, range: (_, low, high) => [0.5 * (low || NO_DRIFT), 2 * (high || 100 * NO_DRIFT)] } : { range: (_, low, high) => calm(low, high) },
       },
       axes: [
         { ...axis, size: 22, gap: 2, values: (_, all) => all.map(x => figure(x, 6)) },
@@ -202,6 +203,11 @@ class Plot {
     this.drawing.destroy();
     this.element.remove();
   }
+}
+
+// Columns as an axis can bear them.
+function drawn({ columns, logarithmic }) {
+  return logarithmic ? columns.map(column => column.map(x => Math.max(x, NO_DRIFT))) : columns;
 }
 
 // At most five powers of ten for a logarithmic axis.
