@@ -20,11 +20,16 @@ from rigid_body_sim.report import peers, results
 from rigid_body_sim.report.losses import LIMITS, losses, missed_goals
 from rigid_body_sim.report.problem import THROUGHPUT
 from rigid_body_sim.report.series import series_of
+from rigid_body_sim.report.subject import answer, subject
 from rigid_body_sim.report.tables import WAITED, as_markdown, ratios, starts, summaries
 
 FILE = 'report.md'
 COLORS = 64
 Row = Mapping[str, Any]
+AGAIN = (
+    '`make report`; beside other engines `make report-peers`; and with that the document in '
+    '`docs` `make document`'
+)
 
 
 def write(report: Row, folder: Path) -> Path:
@@ -95,15 +100,14 @@ def markdown(report: Row, *, pictures: str = '') -> str:
 
 def _made(made: Row) -> str:
     versions = ', '.join(f'{name} {version}' for name, version in made['versions'].items())
+    again = f'`{made["command"]}`' if made.get('command') else AGAIN
     return (
-        'What each method costs and how wrong it is, on problems whose exact answers are known. '
-        'Costs are processor time on one thread for a simulated second, the stepping alone, all '
-        f'methods taking turns; medians of {made["repetitions"]}.\n\n'
+        f'{subject(made)} Costs are processor time on one thread for a simulated second, the '
+        f'stepping alone, all methods taking turns; medians of {made["repetitions"]}.\n\n'
         f'Made {made["date"]} on {made["machine"]}, {made["cpu"]}, {made["cores"]} cores, load '
         f'{made.get("load", "unknown")} at the start; {versions}; seed {made["seed"]}'
         f'{"; quick" if made["quick"] else ""}.\n\n'
-        'To make it again: `make report`; beside other engines `make report-peers`; and with that '
-        'the document in `docs` `make document`.'
+        f'To make it again: {again}.'
     )
 
 
@@ -114,7 +118,7 @@ def _list(title: str, lines: Sequence[str]) -> list[str]:
 def _problem(problem: Row, pictures: str) -> list[str]:
     parts = [
         f'## {problem["title"]}',
-        f'{problem["description"]} {problem["shows"]} Exact answer: {problem["reference"]}.',
+        f'{problem["description"]} {problem["shows"]} {answer(problem)}.',
         f'**{problem["verdict"]}**',
     ]
     if problem.get('recommendation'):

@@ -21,6 +21,7 @@ from rigid_body_sim.report import peers, results
 from rigid_body_sim.report.losses import LIMITS, losses, missed_goals
 from rigid_body_sim.report.problem import THROUGHPUT
 from rigid_body_sim.report.series import Series, axes_of, front_of, series_of
+from rigid_body_sim.report.subject import answer, subject
 from rigid_body_sim.report.tables import (
     WAITED,
     as_html,
@@ -34,9 +35,8 @@ from rigid_body_sim.report.tables import (
 FILE = 'report.html'
 TITLE = 'Speed against error'
 LEAD = (
-    'What each method costs and how wrong it is, on problems whose exact answers are known. Lower '
-    'is more accurate, left is cheaper. Costs are processor time on one thread for a simulated '
-    'second, the stepping alone, all methods taking turns; medians.'
+    'Lower is more accurate, left is cheaper. Costs are processor time on one thread for a '
+    'simulated second, the stepping alone, all methods taking turns; medians.'
 )
 Row = Mapping[str, Any]
 
@@ -55,7 +55,7 @@ def page(report: Row) -> str:
     problems = results.in_parts(report['problems'])
     return Template(_asset('page.html')).substitute(
         title=TITLE,
-        lead=LEAD,
+        lead=f'{_escaped(subject(report["made"]))} {LEAD}',
         style=_asset('page.css'),
         script=_asset('page.js'),
         made=_made(report['made']),
@@ -92,7 +92,8 @@ def _made(made: Row) -> str:
         'versions': versions + ('' if made['compiled'] else ', not compiled'),
         'seed, repetitions': f'{made["seed"]}, {made["repetitions"]}'
         + (' (quick)' if made['quick'] else ''),
-        'to make it again': 'make report; with other engines: make report-peers',
+        'to make it again': made.get('command')
+        or 'make report; with other engines: make report-peers',
     }
     if made.get('interrupted'):
         rows['interrupted'] = 'yes: problems are missing'
@@ -148,7 +149,7 @@ def _problem(problem: Row) -> str:
     said = [
         f'<section id="{_escaped(problem["name"])}"><h2>{_escaped(problem["title"])}</h2>',
         f'<p>{_escaped(problem["description"])} {_escaped(problem["shows"])}</p>',
-        f'<p class="soft">Exact answer: {_escaped(problem["reference"])}.</p>',
+        f'<p class="soft">{_escaped(answer(problem))}.</p>',
         f'<p class="verdict">{_escaped(problem["verdict"])}</p>',
     ]
     if problem.get('recommendation'):

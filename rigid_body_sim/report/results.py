@@ -5,14 +5,16 @@ What a report found, as JSON and CSV.
 
     {"schema": 1,
      "made": {"date", "machine", "cpu", "cores", "load", "threads", "clock", "versions": {…},
-              "compiled", "python", "seed", "repetitions", "quick", "interrupted"},
+              "compiled", "python", "seed", "repetitions", "quick", "interrupted", "command",
+              "scene"},
      "problems": [{"name", "title", "kind", "description", "shows", "error_unit", "duration",
-                   "reference", "useless", "points": [fields of `report.point.Point`],
+                   "instants", "reference", "useless", "points": [fields of `report.point.Point`],
                    "at_equal_error": [fields of `report.pareto.AtError`],
                    "at_equal_bodies": [see `report.throughput`], "verdict"}],
      "starts": [fields of `report.first_start.Start`],
      "absent": [{"engine", "reason"}]}
 
+"command" is what makes the report again, null: `make report`; "scene" that of `--scene`, or null.
 "kind" is "work_precision" (points differ in method and step) or "throughput" (in method and number
 of bodies). A report of a user's scene has one problem, with "reference_error" and
 "recommendation".
@@ -53,6 +55,7 @@ def problem_results(problem: Problem, points: Sequence[Point]) -> dict[str, Any]
         'shows': problem.shows,
         'error_unit': problem.error_unit,
         'duration': problem.duration,
+        'instants': problem.instants,
         'reference': problem.reference,
         'useless': problem.useless,
         'points': [asdict(point) for point in points],

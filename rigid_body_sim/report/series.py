@@ -69,10 +69,16 @@ def axes_of(problem: Row) -> Axes:
         return Axes('bodies', 'cost of a body and step [ns]', 'bodies', 'ns_per_body_step')
     return Axes(
         'cost [s per simulated second]',
-        f'error at the end [{problem["error_unit"]}]',
+        f'{measure_of(problem)} [{problem["error_unit"]}]',
         'cost',
         'error',
     )
+
+
+def measure_of(problem: Row) -> str:
+    """Say what is called the error of a run."""
+    instants = problem.get('instants', 1)
+    return 'error at the end' if instants == 1 else f'largest error at {instants} instants'
 
 
 def series_of(problem: Row) -> list[Series]:

@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import math
 import os
+import shlex
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -41,6 +42,7 @@ from rigid_body_sim.terminal import progress_bar
 
 SUMMARY = 'speed against error: tables, plots, one HTML page'
 ALL = 'all'
+NUMBERS = ('duration', 'tolerance', 'publish-rate')  # of --scene
 DURATION, TOLERANCE = 10.0, 1e-6  # [s], [m or rad] of --scene
 
 
@@ -82,7 +84,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         '--tolerance',
         type=float,
         metavar='E',
-        help=f'with --scene: error allowed at the end [m or rad], default {TOLERANCE:g}',
+        help=f'with --scene: largest error allowed at any of ten instants [m or rad], '
+        f'default {TOLERANCE:g}',
     )
     parser.add_argument(
         '--publish-rate',
@@ -115,6 +118,7 @@ def run(arguments: argparse.Namespace) -> int:
     warn_if_plain(warning_printer('report'))
     wanted = _wanted(arguments)
     about = made(repetitions=wanted.repetitions, quick=wanted.quick, seed=SEED)
+    about |= {'command': _command(arguments), 'scene': arguments.scene}
     done: list[dict[str, Any]] = []
     begun: list[dict[str, Any]] = []
 
@@ -151,6 +155,21 @@ def run(arguments: argparse.Namespace) -> int:
         return STOP.exit_code
     print(f'measured in {time.monotonic() - begin:.0f} s: {wanted.output}')
     return 0
+
+
+def _command(arguments: argparse.Namespace) -> str | None:
+    """Write the command that makes the report again; None: `make report` does."""
+    words: list[str] = []
+    for option in ('scene', 'problems', 'integrators', *NUMBERS, 'peers', 'repetitions'):
+        given = getattr(arguments, option.replace('-', '_'))
+        if given is not None:
+            values = given if isinstance(given, list) else [given]
+            words += [f'--{option}', *map(str, values)]
+    words += [f'--{flag}' for flag in ('starts', 'quick') if getattr(arguments, flag)]
+    if {*words} <= {'--peers', '--starts'}:
+        return None
+    words += ['-o', str(arguments.output)]
+    return f'python -m rigid_body_sim report {shlex.join(words)}'
 
 
 def rest_words(done: int, of: int, elapsed: float) -> str:
@@ -194,7 +213,7 @@ def _wanted(arguments: argparse.Namespace) -> _Wanted:
     for other in ('problems', 'peers', 'starts'):
         if arguments.scene and getattr(arguments, other) not in (None, False):
             raise UserError(f'--scene and --{other}: give one of them')
-    for name in ('duration', 'tolerance', 'publish-rate'):
+    for name in NUMBERS:
         value = getattr(arguments, name.replace('-', '_'))
         if value is not None and not arguments.scene:
             raise UserError(f'--{name} goes with --scene: problems have theirs')

@@ -228,6 +228,13 @@ def test_the_step_recommended_for_a_scene_keeps_its_promise(tmp_path, capsys):
     read = results.read(tmp_path / 'out')['problems'][0]
     assert read['recommendation'] in line
     assert read['reference_error'] < 1e-10
+    for text in ((tmp_path / 'out' / name).read_text() for name in ('report.html', 'report.md')):
+        assert 'exact answers are known' not in text and 'Exact answer' not in text
+        assert 'stands for the exact motion' in text and 'make report' not in text
+        assert f'python -m rigid_body_sim report --scene {tmp_path / "flips.yaml"}' in text
+        assert '--duration 20.0 --tolerance 1e-07' in text
+    page = (tmp_path / 'out' / 'report.html').read_text()
+    assert 'largest error at 10 instants [m or rad]' in page and 'error at the end' not in page
 
 
 def test_a_scene_that_comes_to_rest_is_judged_on_the_way():
