@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import io
 import os
+import re
 import sys
 from collections.abc import Mapping
 from pathlib import Path
@@ -26,6 +27,9 @@ from rigid_body_sim.scene.convex_parts import find_parts, parts_name, read_parts
 
 PACKAGE = 'package://'
 MESH_FORMATS = ('off', 'stl', 'obj', 'ply')
+STL_HEAD, STL_TRIANGLE = 84, 50  # [byte] of binary STL: a title and the count, one triangle
+STL_END = 10_000  # [byte] in which the last word of STL as text stands
+STL_WORDS = re.compile(rb'(?im)^\s*(endsolid|facet|outer|vertex|endloop|endfacet)\b')
 TABLE_FORMATS = ('csv', 'txt', 'npy')
 
 
@@ -180,6 +184,7 @@ def triangles_from_bytes(text: bytes, *, name: str) -> tuple[np.ndarray, np.ndar
         )
     if not text.strip():
         raise InvalidModel(f'{name!r} is empty; a mesh is a closed surface of triangles')
+    _need_whole(text, kind, name)
     import trimesh
 
     try:
@@ -202,3 +207,83 @@ def triangles_from_bytes(text: bytes, *, name: str) -> tuple[np.ndarray, np.ndar
             f'triangles, in the format of its ending: {", ".join(MESH_FORMATS)}'
         )
     return vertices, faces
+
+
+def _need_whole(text: bytes, kind: str, name: str) -> None:
+    """Refuse a mesh that has less, or other, than it says itself."""
+    wrong = {'stl': _stl_fault, 'off': _off_fault, 'ply': _ply_fault}.get(kind, lambda _text: None)
+    fault = wrong(text)
+    if fault is not None:
+        raise InvalidModel(f'{name!r}, read as {kind.upper()}, {fault}; write or copy it anew')
+
+
+def _stl_fault(text: bytes) -> str | None:
+    """Say what is wrong with the length of STL; None: it fits, or it is something else."""
+    count = int.from_bytes(text[STL_HEAD - 4 : STL_HEAD], 'little')
+    needed = STL_HEAD + STL_TRIANGLE * count
+    if len(text) == needed:
+        return None
+    if text.lstrip().lower().startswith(b'solid'):
+        words = STL_WORDS.findall(text[-STL_END:])
+        if words:
+            is_whole = words[-1].lower() == b'endsolid'
+            return None if is_whole else "is cut short: text without 'endsolid' at its end"
+    if len(text) < STL_HEAD or needed > regular_file.MOST:  # so many are some other text
+        return None
+    what = 'is cut short' if len(text) < needed else 'has bytes behind its triangles'
+    return (
+        f'{what}: it counts {count} triangles and has {len(text)} bytes; allowed: '
+        f'{STL_HEAD} + {STL_TRIANGLE} * {count} = {needed} bytes'
+    )
+
+
+def _off_fault(text: bytes) -> str | None:
+    """Say that OFF has less vertices and faces than its counts; None: it does not."""
+    lines = [line.split(b'#')[0].split() for line in text.splitlines()]
+    head, *rest = [line for line in lines if line] or [[]]
+    counts = head[1:]
+    if not counts and rest:
+        counts, *rest = rest
+    return _fault_of_lines([b'vertices', b'faces'], counts[:2], rest)
+
+
+def _ply_fault(text: bytes) -> str | None:
+    """Say that PLY as text has less elements than its counts; None: it does not."""
+    head, end, rest = text.partition(b'end_header')
+    lines = [line.split() for line in head.splitlines()]
+    if not end or [b'format', b'ascii'] not in [line[:2] for line in lines]:
+        return None  # binary: trimesh says so
+    counted = [line for line in lines if line[:1] == [b'element'] and len(line) == 3]
+    names = [{b'vertex': b'vertices', b'face': b'faces'}.get(line[1], line[1]) for line in counted]
+    there = [line.split() for line in rest.splitlines() if line.strip()]
+    return _fault_of_lines(names, [line[2] for line in counted], there)
+
+
+def _fault_of_lines(
+    names: list[bytes], counts: list[bytes], lines: list[list[bytes]]
+) -> str | None:
+    """
+    Say that there are less lines than are counted, or that the last one, a face, lacks corners;
+    None: all is there, or the counts are no numbers.
+    """
+    if len(names) != len(counts) or not all(count.isdigit() for count in counts):
+        return None
+    needed = sum(map(int, counts))
+    if len(lines) < needed:
+        told = ' and '.join(
+            f'{int(count)} {what.decode(errors="replace")}'
+            for what, count in zip(names, counts, strict=True)
+        )
+        return (
+            f'is cut short: it counts {told}, a line each, and has {len(lines)} lines of them; '
+            f'allowed: {needed} lines or more'
+        )
+    if not needed or names[-1] != b'faces' or not lines[needed - 1][0].isdigit():
+        return None
+    corners, there = int(lines[needed - 1][0]), len(lines[needed - 1]) - 1
+    if there >= corners:
+        return None
+    return (
+        f'is cut short: its last face counts {corners} corners and has {there}; allowed: all of '
+        'them'
+    )

@@ -214,6 +214,12 @@ def test_any_other_tick_is_refused(dt: Any, reason: str) -> None:
     assert message.startswith('scene: dt: ') and reason in message
 
 
+def test_a_center_of_mass_alone_keeps_the_tensor_of_the_shape() -> None:
+    plain, moved = load_body(), load_body(center_of_mass=[0.1, 0.2, 0.3])
+    assert moved.center_of_mass == (0.1, 0.2, 0.3)
+    assert np.array_equal(moved.inertia, plain.inertia)
+
+
 def test_inertia_is_the_tensor_about_the_centre_of_mass() -> None:
     inertia = {'ixx': 1, 'iyy': 2, 'izz': '2.5e0', 'ixz': -0.25}
     read = load_body(inertia=inertia, center_of_mass=[0.1, 0, 0])
@@ -310,7 +316,8 @@ def test_an_stl_mesh_joins_its_corners() -> None:
 @pytest.mark.parametrize(
     ('text', 'file', 'reason'),
     (
-        (b'OFF\n1 2', 'a.off', 'not readable as OFF'),
+        (b'OFF\n1 2', 'a.off', 'read as OFF, is cut short: it counts 1 vertices and 2 faces'),
+        (b'OFF\n1 x', 'a.off', 'not readable as OFF'),
         (b'', 'a.stl', "'a.stl' is empty; a mesh is a closed surface"),
         (b'\x00\xff' * 50, 'a.ply', 'not readable as PLY'),
         (b'hello' * 40, 'a.stl', "'a.stl' holds no triangles, read as STL"),
@@ -322,6 +329,66 @@ def test_a_broken_mesh_is_refused(text: bytes, file: str, reason: str) -> None:
     source = scene(bodies=[body(shape={'type': 'mesh', 'file': file})])
     message = refusal(source, files={file: text})
     assert message.startswith('scene: bodies[0].shape.file: ') and reason in message
+
+
+STL = b'box'.ljust(80) + (4).to_bytes(4, 'little') + bytes(200)
+STL_TEXT = b'solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\n'
+PLY = (
+    b'ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n'
+    b'property float z\nelement face 4\nproperty list uchar int vertex_indices\nend_header\n'
+    + TETRAHEDRON.split(b'\n', 2)[2]
+)
+
+
+@pytest.mark.parametrize(
+    ('text', 'file', 'reason'),
+    (
+        (STL[:-1], 'a.stl', 'is cut short: it counts 4 triangles and has 283 bytes; allowed: 84'),
+        (STL[:84], 'a.stl', 'has 84 bytes; allowed: 84 + 50 * 4 = 284 bytes; write or copy it'),
+        (STL + b' ', 'a.stl', 'has bytes behind its triangles: it counts 4 triangles and has 285'),
+        (b'solid'.ljust(80) + STL[80:-9], 'a.stl', 'is cut short: it counts 4 triangles'),
+        (STL_TEXT, 'a.stl', "is cut short: text without 'endsolid' at its end"),
+        (TETRAHEDRON.strip().rsplit(b'\n', 1)[0], 'a.off', '4 vertices and 4 faces, a line each'),
+        (TETRAHEDRON.strip()[:-2], 'a.off', 'its last face counts 3 corners and has 2'),
+        (PLY.strip().rsplit(b'\n', 2)[0], 'a.ply', 'has 6 lines of them; allowed: 8 lines'),
+        (PLY.strip()[:-2], 'a.ply', 'its last face counts 3 corners and has 2'),
+    ),
+)
+@pytest.mark.parametrize('kind', ('mesh', 'ground'))
+def test_a_mesh_that_is_cut_short_is_told_so(text, file, reason, kind) -> None:
+    shape = {'type': 'mesh', 'file': file}
+    said = {'shape': shape}
+    if kind == 'ground':
+        said = {'shape': shape | {'as': 'triangles'}, 'fixed': True, 'mass': None}
+    whole = scene(bodies=[body(**said)])
+    message = refusal(whole, files={file: text})
+    assert message.startswith('scene: bodies[0].shape') and reason in message
+
+
+def stl_text(name: str) -> bytes:
+    """The tetrahedron as STL in words."""
+    corners = ('0 0 0', '1 0 0', '0 1 0', '0 0 1')
+    facets = ''.join(
+        'facet normal 0 0 0\nouter loop\n'
+        + ''.join(f'vertex {corners[k]}\n' for k in face)
+        + 'endloop\nendfacet\n'
+        for face in ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3))
+    )
+    return f'solid {name}\n{facets}endsolid {name}\n'.encode()
+
+
+def test_a_whole_mesh_is_read_whatever_stands_behind_it() -> None:
+    for file, text in (
+        ('a.stl', stl_text('facet vertex')),
+        ('b.stl', stl_text('') + b'\n\n'),
+        ('a.off', TETRAHEDRON + b'\n# the end\n'),
+        ('b.off', TETRAHEDRON.replace(b'\n', b'\r\n')),
+        ('a.ply', PLY),
+    ):
+        read = load_scene(
+            scene(bodies=[body(shape={'type': 'mesh', 'file': file})]), files={file: text}
+        )
+        assert len(read.bodies[0].shape.faces) == 4
 
 
 def test_an_open_mesh_is_refused_at_its_shape() -> None:
