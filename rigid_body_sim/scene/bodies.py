@@ -5,12 +5,12 @@ Read one body: name, shape, mass properties, initial motion, contact material.
 
 `inertia` is the tensor about the centre of mass in body axes: its keys are the elements of the
 tensor, so ixy is minus the integral of x y dm. `inertia` and `center_of_mass` replace what the
-shape gives, each on its own: a `center_of_mass` alone moves the centre and keeps the tensor of the
-uniform shape; where `mass` is given beside both, nothing is asked of the shape, and a mesh may be
-open. `density` is a number, or a law over space (`scene/densities.py`). `mass_rate` (negative:
-loses) with `exhaust_velocity` and `final_mass` make a rocket: `exhaust_velocity` is that of the
-leaving mass relative to the body, three numbers in body axes (world axes for a particle), or its
-speed alone when it leaves along -z.
+shape gives, each on its own: a `center_of_mass` alone moves the centre and keeps the tensor that
+the shape has about its own, not shifted; where `mass` is given beside both, nothing is asked of
+the shape, and a mesh may be open. `density` is a number, or a law over space
+(`scene/densities.py`). `mass_rate` (negative: loses) with `exhaust_velocity` and `final_mass` make
+a rocket: `exhaust_velocity` is that of the leaving mass relative to the body, three numbers in
+body axes (world axes for a particle), or its speed alone when it leaves along -z.
 
 `frames` names axes fixed to the body, in which commands may be given: their origins are told from
 the centre of mass, in body axes (`physics/model/named_frames.py`).

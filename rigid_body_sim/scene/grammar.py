@@ -375,7 +375,10 @@ BODY = Mappings(
         ),
         'inertia': Key(Part('inertia'), 'replaces that of the shape', otherwise='of the shape'),
         'center_of_mass': Key(
-            POSITION, 'in shape coordinates; replaces that of the shape', otherwise='of the shape'
+            POSITION,
+            'replaces that of the shape, whose tensor about its own centre stays, not shifted, '
+            'where no `inertia` is given; in shape coordinates',
+            otherwise='of the shape',
         ),
         'mass_rate': Key(Number('kg/s'), 'rate of change of the mass; negative: it loses'),
         'exhaust_velocity': Key(
