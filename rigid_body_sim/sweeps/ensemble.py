@@ -294,6 +294,7 @@ def to_file(
             nursery=nursery,
         )
         outcome.before = before if before.made else None
+        outcome.notes[:0] = parts.notes
         parts.finish()
     finally:
         parts.close()

@@ -42,6 +42,7 @@ class Parts:
     path   : of the file
     folder : of the parts
     done   : (first run, last run) of each part, ascending
+    notes  : on what was not as it should be
     is_finished : whether the file is there already: a process ended between its last two deeds
     """
 
@@ -51,6 +52,7 @@ class Parts:
         self.path, self.folder = path, path.with_name(path.name + SUFFIX)
         self._sweep = sweep
         self.done: list[tuple[int, int]] = []
+        self.notes: list[str] = []
         self._lock = -1
         check_folder(path)
         begun = is_taken(self.folder)
@@ -117,9 +119,19 @@ class Parts:
         for entry in sorted(self.folder.iterdir()):
             match = _PART.fullmatch(entry.name)
             if match:
-                self.done.append((int(match[1]), int(match[2])))
+                self._take_over(entry, int(match[1]), int(match[2]))
             elif entry.name.endswith(UNFINISHED):
                 entry.unlink()
+
+    def _take_over(self, part: Path, first: int, last: int) -> None:
+        """Count the runs of a part as done; where it does not hold them they are made again."""
+        behind = self.done[-1][1] if self.done else -1
+        fits = behind < first <= last < self._sweep.runs
+        if self.is_finished or (fits and table.rows_in(part) == last - first + 1):
+            self.done.append((first, last))
+            return
+        part.unlink()
+        self.notes.append(f'{part}: does not hold whole rows of its runs; they are made again')
 
     def add(self, rows: Sequence[Row]) -> None:
         """
@@ -158,6 +170,11 @@ class Parts:
 
     def statuses(self) -> Iterator[list[Row]]:
         """Give status and reason of the runs that are done."""
+        if self.is_finished and table.rows_in(self.path) != self._sweep.runs:
+            raise UserError(
+                f'{self.path}: exists already, and does not hold the {self._sweep.runs} rows of '
+                f'the sweep that ended in it; remove it and {self.folder}'
+            )
         for path in [self.path] if self.is_finished else self._files():
             yield from table.statuses(path)
 

@@ -244,6 +244,23 @@ def test_a_sweep_that_goes_on_tells_the_failures_of_its_whole_table(
     assert f'  {sum(status != "done" for status in rows)} failed' in out
 
 
+@pytest.mark.parametrize('damage', ['cut short', 'empty', 'of other runs'])
+def test_a_part_that_is_not_whole_is_made_again(undisturbed, tmp_path, damage):
+    path = tmp_path / 'runs.parquet'
+    with pytest.raises(Cut):
+        made(alone(), path, progress=cut_at(path, 1))
+    part = sorted(path.with_name(path.name + SUFFIX).glob('*.parquet'))[0]
+    if damage == 'of other runs':
+        part.rename(part.with_name('000000000000-000000000007.parquet'))
+    else:
+        part.write_bytes(part.read_bytes()[:-9] if damage == 'cut short' else b'')
+    outcome = ensemble.to_file(alone(), path, workers=1)
+    assert path.read_bytes() == undisturbed
+    assert outcome.made == 12 and outcome.before is None
+    (note,) = outcome.notes
+    assert 'does not hold whole rows of its runs; they are made again' in note
+
+
 def test_a_process_killed_between_file_and_clean_up_is_finished(
     undisturbed, tmp_path, monkeypatch
 ):
