@@ -258,9 +258,9 @@ def read_csv(
 ) -> list[tuple[int, Command]]:
     """
     Read timed commands: columns time [s], body, kind, frame (world, body, or a frame of the
-    body), fx … tz; missing numbers are zero; a force has no torque, nor a torque a force. A
-    set_state has x, y, z, qx … qw (none: not turned), vx … wz in their place; frame (world or
-    body) says the axes of the velocities.
+    body), fx … tz; missing numbers but the time are zero; a force has no torque, nor a torque a
+    force. A set_state has x, y, z, qx … qw (none: not turned), vx … wz in their place; frame
+    (world or body) says the axes of the velocities.
 
     commanded : names of the bodies that take commands; None: all
     returns : (tick, command), ascending; a command takes effect at the first tick boundary not
@@ -314,6 +314,8 @@ def _command(where: str, row: dict[str, str]) -> Command:
     kind = row['kind']
     if kind not in KINDS:
         raise UserError(f'{where}: kind {kind!r}; allowed: {", ".join(KINDS)}')
+    if not row['time'].strip():
+        raise UserError(f'{where}: time is empty; allowed: 0 and more, below 2^31 s')
     if not 0.0 <= numbers['time'] < LATEST:
         raise UserError(f'{where}: time {numbers["time"]:g} s; allowed: 0 and more, below 2^31 s')
     others = WRENCH_COLUMNS if kind == asked_states.KIND else STATE_COLUMNS

@@ -170,6 +170,7 @@ def test_an_existing_bag_is_never_overwritten(verb, tmp_path):
         ('time,body,kind,fx\n0,box,force,one\n', "'one'"),
         ('time,body,kind,tx\n0,ball,torque,1\n', 'point mass'),
         ('time,body,kind,fx\n0,box\n', 'line 2'),
+        ('time,body,kind,fx\n,box,force,1\n', 'line 2: time is empty; allowed: 0 and more'),
         ('time,body,kind,fx,fx\n0,box,force,1,2\n', 'fx stands there 2 times'),
         ('time,body,kind,fx,tz\n0,box,force,1,5e-1\n', 'line 2: force has no tz, got 5e-1'),
         ('time,body,kind,fx,tz\n0,box,torque,1,1\n', 'line 2: torque has no fx, got 1; leave'),
