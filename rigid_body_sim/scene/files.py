@@ -15,8 +15,11 @@ import io
 import os
 import re
 import sys
+import warnings
+from codecs import BOM_UTF8
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -151,17 +154,33 @@ def table_from_bytes(text: bytes, *, name: str) -> np.ndarray:
             f'{name!r} has no known format of a table; allowed endings: '
             f'{", ".join(TABLE_FORMATS)}; an image can be saved as one of them by NumPy'
         )
+    text = text.removeprefix(BOM_UTF8)
+    if not text.strip():
+        raise InvalidModel(f'{name!r} is empty; give a table of numbers, row by row')
     try:
         if kind == 'npy':
-            return np.load(io.BytesIO(text), allow_pickle=False)
+            return _real(np.load(io.BytesIO(text), allow_pickle=False))
         delimiter = ',' if kind == 'csv' else None
-        return np.loadtxt(io.BytesIO(text), delimiter=delimiter, ndmin=2)
-    except (ValueError, EOFError, OSError) as error:
+        with warnings.catch_warnings():
+            warnings.simplefilter('error', UserWarning)  # of comments alone
+            return np.loadtxt(io.BytesIO(text), delimiter=delimiter, ndmin=2)
+    except (ValueError, EOFError, OSError, UserWarning) as error:
         reason = ' '.join(str(error).split()).rstrip('.!') or type(error).__name__
+        if isinstance(error, UserWarning):
+            reason = 'it holds comments and no numbers'
         raise InvalidModel(
             f'{name!r} is not readable as {kind.upper()}: {reason}; give a table of this format, '
             f'or the ending of another: {", ".join(TABLE_FORMATS)}'
         ) from error
+
+
+def _real(table: Any) -> np.ndarray:
+    """Give an array back; ValueError unless it is one, of real numbers."""
+    if not isinstance(table, np.ndarray):
+        raise ValueError('it is an archive of arrays; allowed: one array')
+    if not (np.issubdtype(table.dtype, np.floating) or np.issubdtype(table.dtype, np.integer)):
+        raise ValueError(f'its elements are {table.dtype}; allowed: integers, floats')
+    return table
 
 
 def mesh_from_bytes(text: bytes, *, name: str) -> Mesh:

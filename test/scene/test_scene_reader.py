@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import copy
+import io
 import math
 import subprocess
 import sys
@@ -363,6 +364,44 @@ def test_a_mesh_that_is_cut_short_is_told_so(text, file, reason, kind) -> None:
     whole = scene(bodies=[body(**said)])
     message = refusal(whole, files={file: text})
     assert message.startswith('scene: bodies[0].shape') and reason in message
+
+
+def as_npy(table: Any, save: Callable[..., None] = np.save) -> bytes:
+    """The bytes of an array as NumPy saves it."""
+    file = io.BytesIO()
+    save(file, np.asarray(table))
+    return file.getvalue()
+
+
+GROUND = {'type': 'heightfield', 'spacing': 1}
+
+
+@pytest.mark.filterwarnings('error')
+@pytest.mark.parametrize(
+    ('text', 'file', 'reason'),
+    (
+        (b'', 'a.csv', "'a.csv' is empty; give a table of numbers"),
+        (b'\n \n', 'a.txt', "'a.txt' is empty; give a table of numbers"),
+        (b'# none\n', 'a.csv', 'it holds comments and no numbers; give a table'),
+        (as_npy([[1j, 2], [3, 4]]), 'a.npy', 'its elements are complex128; allowed: integers'),
+        (as_npy([['1', '2'], ['3', '4']]), 'a.npy', 'its elements are <U1; allowed: integers'),
+        (as_npy([[1.0, 2.0], [3.0, 4.0]], np.savez), 'a.npy', 'it is an archive of arrays'),
+        (as_npy([[1.0, 2.0], [3.0, 4.0]])[:-3], 'a.npy', 'is not readable as NPY'),
+    ),
+)
+def test_a_table_without_real_numbers_is_refused(text: bytes, file: str, reason: str) -> None:
+    source = scene(bodies=[body(shape=GROUND | {'file': file}, fixed=True, mass=None)])
+    message = refusal(source, files={file: text})
+    assert message.startswith('scene: bodies[0].shape.file: ') and reason in message
+
+
+def test_a_byte_order_mark_before_a_table_is_read_over() -> None:
+    source = scene(bodies=[body(shape=GROUND | {'file': 'a.csv'}, fixed=True, mass=None)])
+    read, plain = (
+        load_scene(source, files={'a.csv': mark + b'1,2\n3,4\n'}).bodies[0].shape.vertices
+        for mark in (b'\xef\xbb\xbf', b'')
+    )
+    assert np.array_equal(read, plain)
 
 
 def stl_text(name: str) -> bytes:
