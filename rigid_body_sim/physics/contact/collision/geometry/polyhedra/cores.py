@@ -99,7 +99,7 @@ CENTER_OF_CORE = (0.0, 0.0, 0.0)  # [m] its own axes
 NEAREST_POINT = -1.0  # feature of the point that is nearest to the polyhedron
 AT_START, AT_END = 1.0, 0.0  # features, on a face, of the ends of the core; its sides follow
 SIDES_FROM = 2.0  # features of the sides of a face begin here
-ROUNDED = 5e-11  # [-] 1 - cosine of 1e-5: a normal as near to that of a face is that of the face
+ROUNDED = 5e-9  # [-] 1 - cosine of 1e-4: a normal as near to that of a face is that of the face
 FACE_NAMES = 64.0  # [-] most sides of a face that have names of their own
 
 
