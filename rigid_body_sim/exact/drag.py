@@ -5,12 +5,15 @@ Motion against drag: linear, and quadratic along the vertical.
 
 m v' = m g - c v   or   m v' = m g - b |v| v
 
-Linear, any direction, v_inf = m g/c:
-    v = v_inf + (v0 - v_inf) e^(-c t/m),  r = r0 + v_inf t + (v0 - v_inf) (m/c) (1 - e^(-c t/m))
-Quadratic, z upwards, v_t = sqrt(m g/b):
-    fall from rest: v = -v_t tanh(g t/v_t),  z = z0 - (v_t^2/g) ln cosh(g t/v_t)
-    rise at v0 > 0: v = v_t tan(a - g t/v_t),  z = z0 + (v_t^2/g) ln(cos(a - g t/v_t)/cos a),
-                    a = atan(v0/v_t), until t = v_t a/g, height (v_t^2/(2 g)) ln(1 + (v0/v_t)^2)
+Linear, any direction, x = c t/m, p1 = (1 - e^-x)/x, p2 = (e^-x - 1 + x)/x^2:
+    v = v0 e^-x + g t p1,  r = r0 + v0 t p1 + g t^2 p2
+Quadratic, z upwards, v_t = sqrt(m g/b), x = g t/v_t:
+    fall from rest: v = -v_t tanh x,  z = z0 - (v_t^2/g) ln cosh x
+    rise at v0 > 0: v = (v0 - v_t tan x)/(1 + v0/v_t tan x),
+                    z = z0 + (v_t^2/g) ln(cos x + v0/v_t sin x),
+                    until t = (v_t/g) atan(v0/v_t), height (v_t^2/(2 g)) ln(1 + (v0/v_t)^2)
+Each is written in quotients that have a limit where the drag is zero (`quotients`): there the
+motion is ballistic, and near there no digit is lost.
 Source: textbook.
 """
 
@@ -19,7 +22,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from rigid_body_sim.exact import quotients
 from rigid_body_sim.exact.motion import Array, Translation, column
+
+NEARLY_A_PARABOLA = 1e-4  # [-] below it 2 ln cosh x/x^2 is 1 - x^2/6 to round-off
 
 
 def linear(
@@ -36,24 +42,21 @@ def linear(
 
     t            : (*T) [s]
     mass         : [kg]          > 0
-    coefficient  : [N s/m]       c > 0
+    coefficient  : [N s/m]       c >= 0
     acceleration : (d,) [m/s^2]  of the field; gravity, say
     position     : (d,) [m]      at t = 0, world
     velocity     : (d,) [m/s]    at t = 0, world
     """
     s = column(t)
     r0, v0, g = (np.asarray(x, dtype=float) for x in (position, velocity, acceleration))
-    rate = coefficient / mass
-    v_inf = g / rate
-    return Translation(
-        r0 + v_inf * s - (v0 - v_inf) * np.expm1(-rate * s) / rate,
-        v_inf + (v0 - v_inf) * np.exp(-rate * s),
-    )
+    x = coefficient / mass * s
+    once, twice = s * quotients.decay_once(x), s * s * quotients.decay_twice(x)
+    return Translation(r0 + v0 * once + g * twice, v0 * np.exp(-x) + g * once)
 
 
 def terminal_speed(*, mass: float, coefficient: float, gravity: float) -> float:
-    """Speed [m/s] at which quadratic drag b v^2 carries the weight: sqrt(m g/b)."""
-    return float(np.sqrt(mass * gravity / coefficient))
+    """Speed [m/s] at which drag b v^2 carries the weight: sqrt(m g/b), infinite for b = 0."""
+    return float(np.sqrt(mass * gravity / coefficient)) if coefficient else float('inf')
 
 
 def quadratic_fall(
@@ -64,14 +67,15 @@ def quadratic_fall(
 
     t           : (*T) [s]
     mass        : [kg]        > 0
-    coefficient : [N s^2/m^2] b > 0
+    coefficient : [N s^2/m^2] b >= 0
     gravity     : [m/s^2]     > 0, downwards
     height      : [m]         at t = 0
     returns d = 1: z [m] and its rate [m/s], upwards
     """
-    v_t = terminal_speed(mass=mass, coefficient=coefficient, gravity=gravity)
-    x = gravity * column(t) / v_t
-    return Translation(height - v_t**2 / gravity * _log_cosh(x), -v_t * np.tanh(x))
+    s = column(t)
+    x = np.sqrt(gravity * coefficient / mass) * s
+    share = np.where(x == 0.0, 1.0, np.tanh(x) / np.where(x == 0.0, 1.0, x))
+    return Translation(height - 0.5 * gravity * s**2 * _fallen(x), -gravity * s * share)
 
 
 def quadratic_rise(
@@ -90,22 +94,29 @@ def quadratic_rise(
     speed : [m/s]     > 0, upwards, at t = 0
     Other arguments and the result as in `quadratic_fall`.
     """
-    v_t = terminal_speed(mass=mass, coefficient=coefficient, gravity=gravity)
-    start = np.arctan(speed / v_t)
-    x = start - gravity * column(t) / v_t
-    gain = np.log(np.cos(x) / np.cos(start))
-    return Translation(height + v_t**2 / gravity * gain, v_t * np.tan(x))
+    s, by_mass = column(t), coefficient / mass
+    x = np.sqrt(gravity * by_mass) * s
+    # (v_t^2/g) (cos x + v0/v_t sin x - 1): the height without drag, and its logarithm with it
+    way = s * (speed * quotients.sine(x) - 0.5 * gravity * s * quotients.sine(0.5 * x) ** 2)
+    slope = s * quotients.tangent(x)
+    return Translation(
+        height + way * quotients.logarithm(by_mass * way),
+        (speed - gravity * slope) / (1.0 + speed * by_mass * slope),
+    )
 
 
 def apex(*, mass: float, coefficient: float, gravity: float, speed: float) -> tuple[float, float]:
     """Return time [s] to and height [m] of the highest point of `quadratic_rise`."""
-    v_t = terminal_speed(mass=mass, coefficient=coefficient, gravity=gravity)
-    time = v_t / gravity * np.arctan(speed / v_t)
-    height = v_t**2 / (2.0 * gravity) * np.log1p((speed / v_t) ** 2)
+    ratio = speed * np.sqrt(coefficient / (mass * gravity))  # v0/v_t
+    time = speed / gravity * (np.arctan(ratio) / ratio if ratio > 0.0 else 1.0)
+    height = speed**2 / (2.0 * gravity) * quotients.logarithm(np.asarray(ratio**2))
     return float(time), float(height)
 
 
-def _log_cosh(x: Array) -> Array:
-    """Return ln cosh x for x >= 0, without overflow at large x and without loss at small x."""
+def _fallen(x: Array) -> Array:
+    """Return 2 ln cosh x/x^2 for x >= 0: no overflow at large x, no loss at small, 1 at 0."""
     small = np.log1p(2.0 * np.sinh(0.5 * np.minimum(x, 1.0)) ** 2)
-    return np.where(x < 1.0, small, x + np.log1p(np.exp(-2.0 * x)) - np.log(2.0))
+    log_cosh = np.where(x < 1.0, small, x + np.log1p(np.exp(-2.0 * x)) - np.log(2.0))
+    near = x < NEARLY_A_PARABOLA
+    far = np.where(near, 1.0, x)
+    return np.where(near, 1.0 - np.minimum(x, 1.0) ** 2 / 6.0, 2.0 * log_cosh / far / far)

@@ -17,23 +17,54 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rigid_body_sim.exact.motion import Array, Translation
+from rigid_body_sim.exact.quotients import less_sine
 
 SWEEPS = 50  # of Newton's iteration; four to eight are usual
+SETTLED = 4.0 * float(np.finfo(float).eps)  # [-] of E: a smaller step is rounding
 
 
 def eccentric_anomaly(mean: ArrayLike, *, eccentricity: float) -> Array:
-    """Solve Kepler's equation for E [rad]; mean : (*T) [rad] n t."""
-    m = np.asarray(mean, dtype=float)
-    e = eccentricity
-    turns = 2.0 * np.pi * np.round(m / (2.0 * np.pi))
-    m = m - turns  # between -pi and pi
-    anomaly = m + e * np.sign(m)  # from beyond the root Newton's iteration comes back to it
-    for _ in range(SWEEPS):
-        step = (anomaly - e * np.sin(anomaly) - m) / (1.0 - e * np.cos(anomaly))
-        anomaly = anomaly - step
-        if np.all(np.abs(step) <= 1e-16 * (1.0 + np.abs(anomaly))):
-            break
+    """
+    Solve Kepler's equation for E.
+
+    mean         : (*T) [rad]  n t
+    eccentricity : [-]         0 <= e < 1
+    returns      : (*T) [rad]
+    """
+    anomaly, turns = _anomaly(np.asarray(mean, dtype=float), eccentricity)
     return anomaly + turns
+
+
+def _anomaly(mean: Array, e: float) -> tuple[Array, Array]:
+    """
+    Return E [rad] between -pi and pi, to round-off of itself, and the whole turns [rad] beside it.
+
+    (1 - e) E + e (E - sin E) = M on 0..pi, whose terms are positive and convex. Each start is
+    beyond the root, from where Newton's iteration comes back to it: E <= M + e, E <= M/(1 - e),
+    and E^3 <= pi^2 M/e, as E - sin E >= E^3/pi^2.
+    """
+    if not 0.0 <= e < 1.0:
+        raise ValueError(
+            f'eccentricity {e:g}; allowed: 0 (circle) to below 1 (ellipse); '
+            'parabolas and hyperbolas have no such closed form here'
+        )
+    turns = 2.0 * np.pi * np.round(mean / (2.0 * np.pi))
+    m = np.abs(mean - turns)
+    anomaly = np.minimum(m + e, m / (1.0 - e))
+    if e > 0.0:
+        anomaly = np.minimum(anomaly, np.cbrt(np.pi**2 * m / e))
+    for _ in range(SWEEPS):
+        beyond = (1.0 - e) * anomaly + e * less_sine(anomaly) - m
+        step = beyond / _distance(anomaly, e)
+        anomaly = anomaly - step
+        if np.all(np.abs(step) <= SETTLED * anomaly):
+            break
+    return np.copysign(anomaly, mean - turns), turns
+
+
+def _distance(anomaly: Array, e: float) -> Array:
+    """Return |r|/a = 1 - e cos E [-], without loss near e = 1 and E = 0."""
+    return (1.0 - e) + 2.0 * e * np.sin(0.5 * anomaly) ** 2
 
 
 def relative(
@@ -42,18 +73,20 @@ def relative(
     """
     Motion of B as A sees it, in the plane (x, y), nearest on the x axis at t = 0.
 
-    t         : (*T) [s]
-    parameter : [m^3/s^2]  mu
+    t            : (*T) [s]
+    parameter    : [m^3/s^2]  mu
+    eccentricity : [-]        0 <= e < 1
     returns d = 3
     """
     a, e = semi_major_axis, eccentricity
     rate = np.sqrt(parameter / a**3)
-    anomaly = eccentric_anomaly(rate * np.asarray(t, dtype=float), eccentricity=e)
-    cosine, sine = np.cos(anomaly), np.sin(anomaly)
+    anomaly, _ = _anomaly(rate * np.asarray(t, dtype=float), e)
+    sine, cosine = np.sin(anomaly), np.cos(anomaly)
     across = np.sqrt((1.0 - e) * (1.0 + e))
-    zero = np.zeros_like(cosine)
-    position = a * np.stack([cosine - e, across * sine, zero], axis=-1)
-    speed = rate * a / (1.0 - e * cosine)
+    zero = np.zeros_like(sine)
+    along = (1.0 - e) - 2.0 * np.sin(0.5 * anomaly) ** 2  # cos E - e
+    position = a * np.stack([along, across * sine, zero], axis=-1)
+    speed = rate * a / _distance(anomaly, e)
     velocity = np.stack([-speed * sine, speed * across * cosine, zero], axis=-1)
     return Translation(position, velocity)
 

@@ -5,7 +5,7 @@ Damped oscillator with a constant force: under, critically and over damped, any 
 
 m x'' = -k x - c x' + F
     x : [m]  m : [kg]  k : [N/m]  c : [N s/m]  F : [N]
-Exact propagator of (x - F/k, v) over a time h, with g = c/(2m), w0^2 = k/m:
+(x, v)(h) = Phi (x0, v0) + (Psi, Psi') F/m,  with g = c/(2m), w0^2 = k/m:
     g < w0 : w = sqrt(w0^2 - g^2),  C = e^(-g h) cos w h,  S = e^(-g h) sin(w h)/w,
              Phi = [[C + g S, S], [-w0^2 S, C - g S]]
     g >= w0: kap = sqrt(g^2 - w0^2),  lam = -w0^2/(g + kap)  (slow exponent),
@@ -13,6 +13,11 @@ Exact propagator of (x - F/k, v) over a time h, with g = c/(2m), w0^2 = k/m:
              Phi = e^(lam h) [[1 - lam D, D], [-w0^2 D, E + lam D]]
 The second form is the first with hyperbolic functions, written so that nothing overflows and no
 nearly equal numbers are subtracted. k = 0 is its limit: v decays, x tends to a constant.
+A constant force gives Psi = (1 - Phi_11)/w0^2 and Psi' = Phi_12. With p1(x) = (1 - e^-x)/x that is
+    g < w0 : (1 - C - g S)/w0^2
+    g >= w0: (h p1(-lam h) - D e^(lam h))/(g + kap)
+    2 g h < 1 and w0 h < 1: its powers of h, from Psi'' = 1 - 2 g Psi' - w0^2 Psi
+so that a soft spring keeps all digits, and k = 0 is free motion with damping.
 Source: textbook; Landau and Lifshitz, Mechanics, section 25.
 """
 
@@ -21,7 +26,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from rigid_body_sim.exact import quotients
 from rigid_body_sim.exact.motion import Array, Translation
+
+SHORT = 1.0  # [-] 2 g h and w0 h below which powers of h are summed: the rest is 2^20/22!
+POWERS = 22
 
 
 def propagator(h: ArrayLike, *, mass: float, stiffness: float, damping: float = 0.0) -> Array:
@@ -67,7 +76,7 @@ def oscillation(
 
     t         : (*T) [s]
     mass      : [kg]     > 0
-    stiffness : [N/m]    > 0
+    stiffness : [N/m]    >= 0
     damping   : [N s/m]  >= 0
     force     : (d,) [N]    constant, world
     position  : (d,) [m]    at t = 0, from the anchor
@@ -75,7 +84,39 @@ def oscillation(
     A scalar force, position and velocity mean d = 1.
     """
     x0, v0, f = np.broadcast_arrays(*(np.atleast_1d(x) for x in (position, velocity, force)))
-    equilibrium = f / stiffness
     phi = propagator(t, mass=mass, stiffness=stiffness, damping=damping)
-    state = np.einsum('...ij,jd->...id', phi, np.stack([x0 - equilibrium, v0]))
-    return Translation(equilibrium + state[..., 0, :], state[..., 1, :])
+    by_force = _response(np.asarray(t, dtype=float), phi, mass, stiffness, damping)
+    way, rate = by_force[..., np.newaxis], phi[..., 0, 1, np.newaxis]
+    state = np.einsum('...ij,jd->...id', phi, np.stack([x0, v0]))
+    return Translation(state[..., 0, :] + way * f / mass, state[..., 1, :] + rate * f / mass)
+
+
+def _response(h: Array, phi: Array, mass: float, stiffness: float, damping: float) -> Array:
+    """Displacement Psi (*T) [s^2] from rest, after h (*T) [s] of a force of one newton per kg."""
+    g, w0 = damping / (2.0 * mass), np.sqrt(stiffness / mass)
+    short = np.maximum(2.0 * g, w0) * np.abs(h) < SHORT
+    long = np.where(short, 0.0, h)
+    if g < w0:
+        direct = (1.0 - phi[..., 0, 0]) / w0**2
+    elif g > 0.0:
+        kap = np.sqrt((g - w0) * (g + w0))
+        lam = -(w0**2) / (g + kap)
+        gain = long * quotients.decay_once(2.0 * kap * long)
+        direct = long * quotients.decay_once(-lam * long) - gain * np.exp(lam * long)
+        direct = direct / (g + kap)
+    else:  # neither spring nor damping: all times are short
+        direct = np.zeros_like(h)
+    return np.where(short, _powers_of_time(np.where(short, h, 0.0), g, w0), direct)
+
+
+def _powers_of_time(h: Array, g: float, w0: float) -> Array:
+    """Psi by its Taylor series: (n+1) (n+2) a_(n+2) = -2 g (n+1) a_(n+1) - w0^2 a_n, 2 a_2 = 1."""
+    before, now = np.zeros_like(h), 0.5 * h**2  # terms a_n h^n
+    total = now.copy()
+    for n in range(1, POWERS):
+        before, now = (
+            now,
+            (-2.0 * g * h * now / (n + 2) - (w0 * h) ** 2 * before / (n + 1) / (n + 2)),
+        )
+        total += now
+    return total

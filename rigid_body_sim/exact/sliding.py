@@ -8,11 +8,13 @@ Wheel of inertia I = beta m R^2, thrown without spin:
     sliding: v = v0 - mu g t,  R w = mu g t/beta
     rolling: v = R w = v0/(1 + beta), from t* = v0/(mu g (1 + 1/beta)) on
     solid sphere, beta = 2/5: t* = 2 v0/(7 mu g), v = 5 v0/7
+Without friction both move on at v0 for ever, and the times and the distance are infinite.
 Source: textbook. Rigid bodies, no rolling friction.
 """
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -38,6 +40,8 @@ class Slide(NamedTuple):
 def stopping(*, speed: float, friction: float, gravity: float) -> tuple[float, float]:
     """Return time [s] and distance [m] in which a block comes to rest from `speed` [m/s]."""
     deceleration = friction * gravity
+    if deceleration == 0.0:
+        return math.inf, math.inf
     return speed / deceleration, speed**2 / (2.0 * deceleration)
 
 
@@ -47,7 +51,7 @@ def block(t: ArrayLike, *, speed: float, friction: float, gravity: float) -> Sli
 
     t        : (*T) [s] >= 0
     speed    : [m/s]    > 0 at t = 0
-    friction : [-]      coefficient mu
+    friction : [-]      coefficient mu >= 0
     gravity  : [m/s^2]  > 0
     """
     end, _ = stopping(speed=speed, friction=friction, gravity=gravity)
@@ -61,14 +65,15 @@ def rolling_start(
     *, speed: float, friction: float, gravity: float, beta: float
 ) -> tuple[float, float]:
     """Return the time [s] at which the wheel begins to roll and its speed [m/s] from then on."""
-    return speed / (friction * gravity * (1.0 + 1.0 / beta)), speed / (1.0 + beta)
+    stop, _ = stopping(speed=speed, friction=friction, gravity=gravity)
+    return stop * beta / (1.0 + beta), speed / (1.0 + beta)
 
 
 def wheel(t: ArrayLike, *, speed: float, friction: float, gravity: float, beta: float) -> Slide:
     """
     Slide, then roll, of a wheel or ball thrown without spin.
 
-    beta : [-]  I/(m R^2): solid sphere 2/5, cylinder 1/2, hoop 1
+    beta : [-]  I/(m R^2) > 0: solid sphere 2/5, cylinder 1/2, hoop 1
     Other arguments as in `block`.
     """
     t = np.asarray(t, dtype=float)
