@@ -33,7 +33,9 @@ from rigid_body_sim.analysis.piecewise_spline import (
     Spline,
     Undetermined,
     cut,
+    evenly,
     orders,
+    spans_of,
     with_fewer,
 )
 
@@ -53,6 +55,8 @@ DOUBT = 1.5  # a distance to the judge below so many times that by noise tells o
 DOUBT_UNSMOOTHED = 4.0
 MORE_DOUBT, MOST_DOUBT = 0.02, 9.0  # the more, the noisier the judge is beside the spline
 WINDOW = 3.0  # [knots] over which what is lost is averaged
+SPREADS = 0.43  # [-] to the next sample: largest root of the quintic B-spline at whole numbers
+NEIGHBOURS = 3  # gaps on each side that share a B-spline with one
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +70,8 @@ class Fit:
     free         : coefficients that are free
     judged       : (n,) whether the judge is another spline there
     piece, span  : (n,) number of the piece in which a sample lies, and how long it lasts
+    share        : (n,) free coefficients for each sample
+    fading       : (n - 1,) share of an error at a sample that goes on to the next
     smooths      : whether it has fewer coefficients than samples
     """
 
@@ -77,6 +83,8 @@ class Fit:
     judged: NDArray[np.bool_]
     piece: NDArray[np.int64]
     span: Array
+    share: Array
+    fading: Array
     smooths: bool
 
 
@@ -85,7 +93,16 @@ def fit(layout: Layout, samples: Array, fraction: float, fewest: int = FEWEST) -
     Fit with so many coefficients for each sample, and so many at least in each piece; Undetermined
     where that cannot be.
     """
-    chosen = [orders(piece, fraction, fewest) for piece in layout.pieces]
+    share = evenly(spans_of(layout.time), fraction * len(samples))
+    chosen = [
+        orders(
+            piece,
+            float(np.sum(share[piece.first : piece.end])),
+            fewest,
+            through=fraction == 1.0,
+        )
+        for piece in layout.pieces
+    ]
     counts = [piece.samples for piece in layout.pieces]
     own, above = (Spline(layout, [pair[i] for pair in chosen]) for i in (0, 1))
     noise = _drawn(len(samples))
@@ -104,6 +121,8 @@ def fit(layout: Layout, samples: Array, fraction: float, fewest: int = FEWEST) -
         np.repeat([pair[0].judged for pair in chosen], counts),
         np.repeat(np.arange(len(counts)), counts),
         np.repeat([piece.finish - piece.begin for piece in layout.pieces], counts),
+        share * (max(1, own.free) / float(np.sum(share))),
+        _fading(layout),
         fraction < 1.0,
     )
 
@@ -151,8 +170,10 @@ def follow(
         turns     : whether the samples are quaternions, whose columns share one noise
         returns   : the spline, its layout, the noise (d,), and the instants of jumps given up
     """
-    lasts = float(time[-1] - time[0])
-    fraction = None if bandwidth is None else min(1.0, 2.0 * bandwidth * lasts / len(time))
+    fraction = None
+    if bandwidth is not None:
+        borne = np.minimum(1.0, 2.0 * bandwidth * np.diff(time))  # by the samples
+        fraction = 1.0 if np.all(borne == 1.0) else float(np.sum(borne)) / len(time)
     layout = cut(time, breaks, ends)
     given_up = {b.instant for b in layout.dropped}
     while True:
@@ -263,7 +284,40 @@ def _lost(found: Fit, excess: Array) -> Array:
     """Mean square of what is lost about each sample, from squares of distances less noise."""
     if not found.smooths:
         return np.maximum(excess, 0.0)
-    return np.maximum(_averaged(excess, WINDOW * len(excess) / max(1, found.free)), 0.0)
+    return np.maximum(_averaged(excess, found.share), 0.0)
+
+
+def _fading(layout: Layout) -> Array:
+    """
+    Share (n - 1,) of an error at one sample that the spline through them has at the next.
+
+    SPREADS where samples are even. Beside longer gaps less of it is lost: samples that lie close
+    together are one to it, what an interval does wrong goes on over as much time as it lasts.
+    """
+    gaps = np.diff(layout.time)
+    around = np.lib.stride_tricks.sliding_window_view(
+        np.pad(gaps, NEIGHBOURS, mode='edge'), 2 * NEIGHBOURS + 1
+    )
+    fading = SPREADS ** (gaps / np.max(around, axis=1))
+    for piece, b in zip(layout.pieces[1:], layout.breaks):
+        if b.continuity < 0 and 0 < piece.first < len(layout.time):
+            fading[piece.first - 1] = 0.0
+    return fading
+
+
+def _spread(lost: Array, fading: Array) -> Array:
+    """
+    Mean squares (n, 3) of what is lost, with what spreads to each sample from those beside it.
+
+    Where samples are uneven the judge errs as the spline does, and their distance passes through
+    zero where the error does not.
+    """
+    spread, share = lost.copy(), np.square(fading)
+    for i in range(1, len(spread)):
+        np.maximum(spread[i], share[i - 1] * spread[i - 1], out=spread[i])
+    for i in range(len(spread) - 2, -1, -1):
+        np.maximum(spread[i], share[i] * spread[i + 1], out=spread[i])
+    return spread
 
 
 @dataclass(frozen=True, eq=False)
@@ -299,7 +353,10 @@ def errors(
                       (`blind_spots`)
     """
     square = np.square(own - judge)
-    lost = _lost(found, square - _doubt(found) * in_distance) + np.square(blind)
+    lost = _lost(found, square - _doubt(found) * in_distance)
+    if not found.smooths:
+        lost = _spread(lost, found.fading)
+    lost += np.square(blind)
     rms = np.sqrt(np.mean(np.sum(lost + by_noise, axis=1)))
     # the largest of so many normal numbers, on top of what is lost
     reach = np.sqrt(2.0 * np.log(3.0 * len(own)))
@@ -326,10 +383,16 @@ def blind_spots(found: Fit, time: Array, second: Array) -> Array:
     return strays
 
 
-def _averaged(values: Array, window: float) -> Array:
-    """Running means (n, 3) over so many samples, fewer at the ends."""
-    half = max(1, round(0.5 * window))
-    sums = np.concatenate((np.zeros((1, values.shape[1])), np.cumsum(values, axis=0)))
-    at = np.arange(len(values))
-    low, high = np.maximum(at - half, 0), np.minimum(at + half + 1, len(values))
-    return (sums[high] - sums[low]) / (high - low)[:, None]
+def _averaged(values: Array, share: Array) -> Array:
+    """Running means (n, 3) over WINDOW coefficients and the samples beside, fewer at the ends."""
+    sums = np.concatenate(
+        (np.zeros((1, values.shape[1])), np.cumsum(share[:, None] * values, axis=0))
+    )
+    edges = np.concatenate(([0.0], np.cumsum(share)))
+    at, count = np.arange(len(values)), len(values)
+    middle = 0.5 * (edges[1:] + edges[:-1])
+    low = np.searchsorted(middle, edges[:-1] - 0.5 * WINDOW)
+    high = np.searchsorted(middle, edges[1:] + 0.5 * WINDOW)
+    low = np.clip(np.minimum(low, at - 1), 0, count)
+    high = np.clip(np.maximum(high, at + 2), 0, count)
+    return (sums[high] - sums[low]) / (edges[high] - edges[low])[:, None]

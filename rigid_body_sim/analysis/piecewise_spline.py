@@ -13,8 +13,9 @@ to be less smooth.
 The samples, the breaks and the number of coefficients alone decide the linear map from samples to
 derivatives. With as many coefficients as samples the spline goes through them; with fewer it
 smooths. Knots are averages of the samples' times, or of as many times spread over them as there
-are coefficients (de Boor's aptknt: not-a-knot ends where samples are even). Half the free
-coefficients per second is the bandwidth [Hz]: faster motion is not followed.
+are coefficients (de Boor's aptknt: not-a-knot ends where samples are even). They are spread evenly
+over the time, but no denser than the samples (`evenly`), so that one bandwidth holds wherever the
+samples bear it: half the free coefficients per second [Hz]; faster motion is not followed.
 
 A piece may have few samples or none: what it lacks comes from its neighbours through the
 continuity, and its degree is as high as that allows (`shares`). A break that leaves its piece less
@@ -299,19 +300,49 @@ class Order:
     judged: bool = True
 
 
-def orders(piece: Piece, fraction: float, fewest: int = FEWEST) -> tuple[Order, Order]:
+def evenly(spans: Array, total: float) -> Array:
+    """
+    Spread coefficients evenly over the time, at most one to each span.
+
+        w_i = min(1, c h_i),   sum_i w_i = total
+        spans   : (n,) h_i > 0, what of the time is each sample's
+        total   : coefficients; as many as spans or more: the same to each
+        returns : (n,) w_i
+
+    Between two neighbours of knots that are one coefficient apart lies at least one sample.
+    """
+    count = len(spans)
+    if total >= count:
+        return np.full(count, total / max(1, count))
+    order = np.sort(spans)
+    thinned = np.arange(1, count + 1)  # how many of the shortest have less than one
+    rates = (total - (count - thinned)) / np.cumsum(order)
+    longer = np.append(order[1:], np.inf)
+    holds = np.flatnonzero((rates > 0.0) & (rates * longer >= 1.0))
+    return np.minimum(1.0, rates[holds[0]] * spans)
+
+
+def spans_of(time: Array) -> Array:
+    """Time that is each sample's: half way to its neighbours, at the ends as if mirrored."""
+    gaps = np.diff(time)
+    return 0.5 * (np.append(gaps[0], gaps) + np.append(gaps, gaps[-1]))
+
+
+def orders(
+    piece: Piece, wanted: float, fewest: int = FEWEST, *, through: bool = False
+) -> tuple[Order, Order]:
     """
     Choose the spline of a piece and the one that judges it, of a higher degree: by two where it
     goes through the samples and these allow it.
 
-        fraction : coefficients for each sample, at most 1: then it goes through the samples
-        fewest   : coefficients of a piece, where its samples allow it
+        wanted  : coefficients for its samples, at most one for each
+        fewest  : coefficients of a piece, where its samples allow it
+        through : whether it goes through the samples
     """
     n, extra = piece.samples, sum(piece.extra)
-    through = fraction == 1.0
     cap = piece.cap if n < LONG else min(piece.cap, n + extra)
     least = max(FEWEST, extra)
-    own = max(least, min(max(round(fraction * n) + extra, DEGREE + 1 if through else fewest), cap))
+    own = max(least, min(max(round(wanted) + extra, DEGREE + 1 if through else fewest), cap))
     degree = min(DEGREE, own - 1)
     more = 2 if through else 1  # the more, the more noise in the judge
     above = min(own + more, cap)
@@ -450,11 +481,22 @@ def _knots(time: Array, piece: Piece, order: Order) -> Array:
         (np.repeat(own[0], piece.extra[0]), own, np.repeat(own[-1], piece.extra[1]))
     )
     if order.coefficients != len(sites):
-        place = np.linspace(0.0, len(sites) - 1.0, order.coefficients)
-        sites = np.interp(place, np.arange(len(sites)), sites)
+        sites = _spread(sites, piece.extra, order.coefficients)
     sums = np.cumsum(np.concatenate(([0.0], sites - sites[0])))
     middle = sites[0] + (sums[1 + degree : -1] - sums[1 : -degree - 1]) / degree
     return np.concatenate((ends[0], middle, ends[1]))
+
+
+def _spread(sites: Array, extra: tuple[int, int], count: int) -> Array:
+    """Spread so many times over those of samples, whose first and last are repeated."""
+    gaps = np.diff(sites)
+    own = gaps[extra[0] : len(gaps) - extra[1]]
+    if len(own):  # a repeated time counts as one more sample
+        gaps = np.pad(own, extra, mode='edge')
+    else:
+        gaps = np.ones_like(gaps)
+    reached = np.concatenate(([0.0], np.cumsum(evenly(gaps, count - 1.0))))
+    return np.interp(np.linspace(0.0, reached[-1], count), reached, sites)
 
 
 def _design(x: Array, knots: Array, degree: int, order: int) -> Matrix:
