@@ -55,6 +55,8 @@ NEAR = 1e-6  # [sample spacing] a break this near to a sample, or to another, is
 APART = 4  # samples between breaks of rates: nearer ones do more harm than good
 CROWD, CROWDED = 6, 2  # jumps of forces in a row, with fewer samples for each, are none
 REFINEMENTS = 2  # of the solution: the normal equations square the condition of the samples
+MOST_REFINEMENTS = 12  # where samples come close together
+REFINED = 1e-13  # [-] of the coefficients: a last change that needs no other
 
 
 class Undetermined(ArithmeticError):
@@ -393,11 +395,18 @@ class Spline:
             self._give(wanted)
         size = int(self._starts[-1])
         found = np.zeros((size + len(wanted), samples.shape[1]))
-        for _ in range(1 + REFINEMENTS):
+        last = np.inf
+        for done in range(1 + MOST_REFINEMENTS):
             coefficients, forces = found[:size], found[size:]
             left = wanted - conditions @ coefficients
             upper = value.T @ (samples - value @ coefficients) + conditions.T @ (left - forces)
-            found = found + self._factors.solve(np.concatenate((upper, left)))
+            change = self._factors.solve(np.concatenate((upper, left)))
+            found = found + change
+            moved = float(np.max(np.abs(change[:size])))
+            settled = moved <= REFINED * float(np.max(np.abs(found[:size])))
+            if done >= REFINEMENTS and (settled or not moved < 0.5 * last):
+                break
+            last = moved
         coefficients = found[:size]
         if not np.all(np.isfinite(coefficients)):
             raise Undetermined('the samples do not determine the spline')

@@ -49,7 +49,7 @@ def test_more_samples_in_one_half_do_the_other_no_harm():
     seeds = range(4)
     slow = np.mean([rms(found_in(TWO_RATES, seed)[1][: len(SLOW)]) for seed in seeds])
     alone = np.mean([rms(found_in(even, seed)[1]) for seed in seeds])
-    assert slow < 1.5 * alone  # one bandwidth for both halves; knots as dense as samples: 40 times
+    assert slow < 1.5 * alone  # one bandwidth for both halves; knots as dense as samples: 11 times
 
 
 def test_at_random_times_the_error_of_exact_samples_is_told():
