@@ -145,7 +145,7 @@ class ContactWorld:
         self._helpers = Helpers(self.arrays.board)
         # seen through these, a number is Python's own: numpy makes one of its own of each
         self._counts = memoryview(self.arrays.counts)
-        self._overlap_counts = memoryview(self.arrays.overlaps)
+        self._overlap_counts: Any = memoryview(self.arrays.overlaps)
         self._whole = 0.0  # [s] of a whole tick, as the settings have it
         # version of the arrays, a place for the cache, what copies it, and whether nothing else is
         # to be kept but overlaps

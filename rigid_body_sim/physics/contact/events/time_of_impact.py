@@ -192,7 +192,7 @@ def _find_instant(a: int, b: int, start: float, end: float, row: int, flights: F
     pairs[row + flight_record.INSTANT] = flight_record.NEVER
     rounding = radius_about_core(a, flights.colliders) + radius_about_core(b, flights.colliders)
     levers = lever_of(a, flights.colliders) + lever_of(b, flights.colliders)
-    time = start
+    time, gap, rate = start, 0.0, 0.0
     if not is_ground(b, flights.colliders):
         store(views, flight_record.LAST_AXIS, NO_VECTOR)
     views[flight_record.PIECES_KNOWN] = 0.0

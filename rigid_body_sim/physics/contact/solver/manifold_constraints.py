@@ -168,7 +168,7 @@ def _symmetry_of_surface(collider: int, table: Indices, bodies: Array) -> float:
     body = table[collider * collider_record.SIZE + collider_record.BODY]
     row = collider_record.solver_body(collider, table) * solver_bodies.SIZE
     if _is_driven(body, row, bodies) and bodies[row + solver_bodies.SYMMETRY] > AS_IT_IS:
-        return bodies[row + solver_bodies.SYMMETRY]
+        return float(bodies[row + solver_bodies.SYMMETRY])
     return _symmetry(body, bodies)
 
 
