@@ -5,9 +5,7 @@ A cylinder on a plane, with its true round rim (`geometry.cylinders.rim`).
 
 The lowest points of both ends are the lowest line of a lying cylinder, which rolls without bumps.
 The lower end also has points a quarter turn to either side and, if the cylinder stands rather than
-lies, one opposite: it rests on four points. Which of opposite point and other end can touch within
-the tick is a matter of the angle to turn by, not of height: the end of a slender rod comes down by
-many diameters in a tick.
+lies (`rim.lies`), one opposite: it rests on four points.
 """
 
 from __future__ import annotations
@@ -21,6 +19,7 @@ from numpy.typing import NDArray
 from rigid_body_sim.physics.compile.kernels import kernel
 from rigid_body_sim.physics.contact.collision import pose
 from rigid_body_sim.physics.contact.collision.geometry.cylinders.rim import (
+    lies,
     lowest_direction,
     rim_feature,
 )
@@ -78,7 +77,7 @@ def on_plane(
     write_normal(found, negate(out))
     upper_end = rise < 0.0  # the end at +z is the lower one
     fall = radius * (tilt_x * up_x + tilt_y * up_y)
-    other = abs(rise) < sine  # it lies: the other end is nearer, by angle, than the point opposite
+    other = lies(rise, sine, half, fall, lower, margin)
     count = 0
     for number in range(MOST):
         end = half if upper_end else -half

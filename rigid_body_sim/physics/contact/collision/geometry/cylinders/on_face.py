@@ -29,6 +29,7 @@ from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact.collision import pose
 from rigid_body_sim.physics.contact.collision.geometry.cylinders.mantle import UNDECIDED
 from rigid_body_sim.physics.contact.collision.geometry.cylinders.rim import (
+    lies,
     lowest_direction,
     rim_feature,
 )
@@ -278,9 +279,10 @@ def _over_face(
         side * found[OFFSET + face] - parameters[box + face] - half * abs(rise),
     )
     end_x, end_y = (u_of_x, v_of_x, tilt_x), (u_of_y, v_of_y, tilt_y)
-    lies = abs(rise) < tilt_x * to_lowest_x + tilt_y * to_lowest_y
+    sine = tilt_x * to_lowest_x + tilt_y * to_lowest_y
+    is_lying = lies(rise, sine, half, radius * sine, center[2], margin)
     count = 0
-    for k in range(3 if lies else 4):
+    for k in range(3 if is_lying else 4):
         x, y = -radius * to_lowest_x, -radius * to_lowest_y
         if k == 1:
             x, y = -y, x
@@ -290,12 +292,12 @@ def _over_face(
             x, y = -x, -y
         point = _on_disc(center, end_x, end_y, x, y)
         feature = rim_feature(k, fixed_axis, upper_end)
-        if k == 0 and lies:
+        if k == 0 and is_lying:
             line = (-2.0 * end * u_of_axis, -2.0 * end * v_of_axis, 2.0 * half * abs(rise))
             count = _line(found, point, line, limit_u, limit_v, margin, feature)
         elif abs(point[0]) <= limit_u and abs(point[1]) <= limit_v:
             count = _append(found, count, point, margin, feature)
-    if lies:
+    if is_lying:
         return count
     count = _cuts(found, count, center, end_x, end_y, radius, limit_u, limit_v, margin)
     return _corners(found, count, center, end_x, end_y, radius, half_u, half_v, margin)

@@ -46,6 +46,23 @@ def lowest_direction(tilt_x: float, tilt_y: float) -> Any:
 
 
 @inline
+def lies(rise: float, sine: float, half: float, fall: float, lower: float, margin: float) -> bool:
+    """
+    Tell whether a cylinder lies rather than stands: whether the lowest point of its other end is
+    nearer than the point opposite of its lower one.
+
+    By height; but where both may touch within the tick, by the angle that it has to turn by: the
+    other end of a slender rod comes down by many diameters in a tick, and a disc falls flat.
+
+        rise, sine : cosine and sine of the angle between axis and normal
+        fall       : [m] of the lowest point below the middle of its end;  lower : height of that
+    """
+    if max(lower + fall, lower - fall + 2.0 * half * abs(rise)) <= margin:
+        return abs(rise) < sine
+    return half * abs(rise) < fall
+
+
+@inline
 def rim_feature(k: int, axis: int, upper_end: bool) -> Any:
     """
     Name the point k of an end: 0 lowest, 1 and 2 a quarter turn to either side, 3 opposite.
