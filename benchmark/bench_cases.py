@@ -118,7 +118,11 @@ def single_steps(described: dict[str, Any]) -> Call:
 
 
 def closed_loop(described: dict[str, Any], *, all_bodies: bool = False) -> Call:
-    """Read the state, command, advance by a tick."""
+    """
+    Read the state, command, advance by a tick.
+
+    The commands are small: whoever repeats them a million times is to find bodies that still move.
+    """
     from rigid_body_sim import Simulation, load_scene
 
     simulation = Simulation(load_scene(described))
@@ -129,7 +133,7 @@ def closed_loop(described: dict[str, Any], *, all_bodies: bool = False) -> Call:
         for k in range(count):
             state = simulation.state
             if all_bodies:
-                simulation.set_wrenches(torque=-0.01 * state.angular_velocity_body)
+                simulation.set_wrenches(torque=-1e-6 * state.angular_velocity_body)
             else:
                 lift = 1e-3 * float(state.position[-1, 2])
                 simulation.set_wrench(name, force=(0.0, 1e-6 * k, lift))

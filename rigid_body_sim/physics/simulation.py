@@ -244,12 +244,12 @@ class Simulation:
     @property
     def time(self) -> float:
         """Simulated time [s]: tick * dt_ns * 1e-9."""
-        return self.tick * self.dt_ns * 1e-9
+        return self.tick * self._dt_ns * 1e-9
 
     @property
     def scene_time(self) -> float:
         """Time since the start of the scene, or since the last reset [s]."""
-        return (self._stepper.tick * self.dt_ns - self._start_ns) * 1e-9
+        return (self._stepper.tick * self._dt_ns - self._start_ns) * 1e-9
 
     @property
     def _scene_tick(self) -> float:
@@ -257,7 +257,7 @@ class Simulation:
         tick = self._stepper.tick
         if not (self._start_ns and self._stepper.is_timed):
             return tick  # an integer, also after a reset: a float has its kernel compiled anew
-        return (tick * self.dt_ns - self._start_ns) / self.dt_ns
+        return (tick * self._dt_ns - self._start_ns) / self._dt_ns
 
     @property
     def dt(self) -> float:
