@@ -99,7 +99,8 @@ CENTER_OF_CORE = (0.0, 0.0, 0.0)  # [m] its own axes
 NEAREST_POINT = -1.0  # feature of the point that is nearest to the polyhedron
 AT_START, AT_END = 1.0, 0.0  # features, on a face, of the ends of the core; its sides follow
 SIDES_FROM = 2.0  # features of the sides of a face begin here
-ROUNDED = 5e-9  # [-] 1 - cosine of 1e-4: a normal as near to that of a face is that of the face
+ROUNDED = 5e-11  # [-] 1 - cosine of 1e-5: a normal as near to that of a face is that of the face
+FLUSH = 5e-9  # [-] of 1e-4: it is, too, but the distance is the true one
 FACE_NAMES = 64.0  # [-] most sides of a face that have names of their own
 
 
@@ -159,14 +160,16 @@ def collide_core(
 def _take_face_normal(hull: Hull, distance: float, work: Array) -> float:
     """
     Let AXIS be the normal of a face to the last digit where it is that of a face but for
-    rounding; return the distance.
+    rounding, or by less than tiles are flush; return the distance.
     """
     axis = load(work, AXIS)
     plane = planes_of(hull) + PLANE * facing(hull, axis)
     normal, offset = load(hull.numbers, plane), hull.numbers[plane + PLANE_OFFSET]
-    if not dot(axis, normal) > 1.0 - ROUNDED:
+    cosine = dot(axis, normal)
+    if cosine > 1.0 - FLUSH:
+        store(work, AXIS, normal)
+    if not cosine > 1.0 - ROUNDED:
         return distance
-    store(work, AXIS, normal)
     start, stop = dot(normal, load(work, CORE_START)), dot(normal, load(work, CORE_END))
     return min(start, stop) - offset
 
