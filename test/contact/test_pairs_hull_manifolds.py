@@ -24,6 +24,7 @@ from .hull_cases import (
     name,
     random_cases,
     random_turns,
+    sphere,
 )
 
 MARGIN = 0.1  # [m]
@@ -276,3 +277,17 @@ def test_features_stay_with_their_corners_while_a_body_slides():
             for feature, place in here.items():
                 assert np.linalg.norm(place - before[feature]) < 1.01e-3
         before = here
+
+
+@pytest.mark.parametrize('beyond', [3e-6, 2e-5, 9e-5])
+@pytest.mark.parametrize('round_one', [sphere(0.1), capsule(0.1, 0.2)], ids=['ball', 'capsule'])
+def test_what_is_past_the_border_of_a_face_by_less_than_flush_has_its_normal(round_one, beyond):
+    """
+    Past it by `beyond` of the radius, where the next tile lies flush. The gap is the true one.
+    """
+    height = 0.1 + 1e-5
+    pose = at(0.5 + 0.1 * beyond, 0.1, 0.5 + height, about((1, 0, 0), np.pi / 2))
+    found = collide(round_one, hull(CUBE), pose, at(0, 0, 0), 0.01)
+    assert np.array_equal(np.abs(found.normal), (0, 0, 1))
+    true = np.hypot(height, 0.1 * beyond) - 0.1
+    assert found.gap == pytest.approx(true, abs=1e-11)
