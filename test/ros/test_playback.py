@@ -166,6 +166,18 @@ def test_a_bag_is_played_twice_as_fast_on_request(foreign_bag):
     assert [m.time for m in fast] == pytest.approx([0.01 * k for k in range(10)])
 
 
+def only_timed(monkeypatch):
+    """
+    Let the sender note when it would send, at once; return its clock.
+    """
+    clock = OwnTime()
+    clock.SENDING = 0.0
+    monkeypatch.setattr(playback, 'time', clock)
+    monkeypatch.setattr(clock, 'sleep', lambda seconds: setattr(clock, 'now', clock.now + seconds))
+    monkeypatch.setattr(playback.Sender, 'send', clock.note(lambda *_: None))
+    return clock
+
+
 def test_of_a_burst_at_one_instant_nothing_is_lost(lab, tmp_path, monkeypatch, capsys):
     applied = lab.listen('stone/applied_wrench', Applied)
     clock = OwnTime()
@@ -181,11 +193,7 @@ def test_of_a_burst_at_one_instant_nothing_is_lost(lab, tmp_path, monkeypatch, c
 
 
 def test_the_beginning_of_a_burst_goes_at_once_and_the_rest_as_fast_as_it_is_taken(monkeypatch):
-    clock = OwnTime()
-    clock.SENDING = 0.0
-    monkeypatch.setattr(playback, 'time', clock)
-    monkeypatch.setattr(clock, 'sleep', lambda seconds: setattr(clock, 'now', clock.now + seconds))
-    monkeypatch.setattr(playback.Sender, 'send', clock.note(lambda *_: None))
+    clock = only_timed(monkeypatch)
     with playback.Sender() as sender:
         messages = [playback.Message(0.0, topic, b'') for topic in ('a', 'b') for _ in range(3000)]
         assert sender.play(messages) == 6000
@@ -196,11 +204,7 @@ def test_the_beginning_of_a_burst_goes_at_once_and_the_rest_as_fast_as_it_is_tak
 
 
 def test_a_stream_slower_than_it_is_taken_is_not_delayed(monkeypatch):
-    clock = OwnTime()
-    clock.SENDING = 0.0
-    monkeypatch.setattr(playback, 'time', clock)
-    monkeypatch.setattr(clock, 'sleep', lambda seconds: setattr(clock, 'now', clock.now + seconds))
-    monkeypatch.setattr(playback.Sender, 'send', clock.note(lambda *_: None))
+    clock = only_timed(monkeypatch)
     with playback.Sender() as sender:
         sender.play([playback.Message(0.001 * k, 'a', b'') for k in range(5000)])
     when = [moment for _, moment in clock.sent]

@@ -212,8 +212,8 @@ def _misses(
 
 
 @inline
-def _asks_true_shapes(a: int, b: int, table: Any) -> bool:
-    """Tell whether the axes of a pair are those of `nearest_axis`: with a cylinder or a hull."""
+def asks_true_shapes(a: int, b: int, table: Any) -> bool:
+    """Tell whether the axes of a pair are those of its true shapes: with a cylinder or a hull."""
     type_a = table[a * collider_record.SIZE + collider_record.TYPE]
     type_b = table[b * collider_record.SIZE + collider_record.TYPE]
     return type_a == CYLINDER or type_b == CYLINDER or type_a == HULL or type_b == HULL
@@ -270,7 +270,7 @@ def _stays_apart(
     end_a, end_b = count * pose.SIZE, (count + 1) * pose.SIZE  # at the end of it
     turns = dot(of_a.spin, of_a.spin) + dot(of_b.spin, of_b.spin) > 0.0
     begun = 0.0
-    true_shapes = TRUE_SHAPES and _asks_true_shapes(a, b, table)
+    true_shapes = TRUE_SHAPES and asks_true_shapes(a, b, table)
     if true_shapes and not gap_along(a, begin_a, b, begin_b, normal, colliders) > 0.0:
         normal = nearest_axis(a, begin_a, b, begin_b, normal, colliders, found)
     for _step in range(STEPS):

@@ -47,6 +47,7 @@ from rigid_body_sim.physics.contact.collision.shape_parameters import (
     RADIUS,
 )
 from rigid_body_sim.physics.contact.events import flight_record
+from rigid_body_sim.physics.contact.events.collision_matrix import across
 from rigid_body_sim.physics.contact.events.flight import Flights, pose_of_side
 from rigid_body_sim.physics.contact.events.flight_record import (
     AHEAD,
@@ -162,20 +163,6 @@ def gap_along(a: int, b: int, normal: Any, flights: Flights) -> Any:
     piece_b = _piece(b, pose_of_side(1, flights), negate(normal), colliders)
     apart = _apart(a, b, piece_a, piece_b, normal, flights)
     return dot(normal, apart), apart
-
-
-@inline
-def _across(n: Any) -> Any:
-    """Return two unit vectors across a third."""
-    x, y, z = abs(n[0]), abs(n[1]), abs(n[2])
-    other = (1.0, 0.0, 0.0)
-    if y <= x and y <= z:
-        other = (0.0, 1.0, 0.0)
-    elif z <= x and z <= y:
-        other = (0.0, 0.0, 1.0)
-    u = cross(n, other)
-    u = scale(1.0 / math.sqrt(dot(u, u)), u)
-    return u, cross(n, u)
 
 
 @kernel
@@ -331,7 +318,8 @@ def best_axis(a: int, b: int, normal: Any, flights: Flights) -> Any:
     count = int(flights.views[flight_record.PIECES_KNOWN])
     count, longest = _enter_piece(a, b, count, best, flights), FARTHEST
     for _step in range(STEPS):
-        frame = _across(best)
+        first = across(best)
+        frame = first, cross(best, first)
         _linearise(a, b, count, best, frame, flights)
         bend = _bend_of(a, b, best, frame, max(most, LEAST_BEND * size), flights)
         x, y, promised = _best_step(count, bend, longest, flights.views)

@@ -34,6 +34,7 @@ from rigid_body_sim.physics.contact.collision.collider import (
     SPHERE,
     SURFACE,
 )
+from rigid_body_sim.physics.contact.collision.conservative_advancement import asks_true_shapes
 from rigid_body_sim.physics.contact.collision.geometry.manifold import NORMAL as FOUND_NORMAL
 from rigid_body_sim.physics.contact.collision.shape_parameters import HALF_EDGES, NORMAL
 from rigid_body_sim.physics.contact.events import flight_record
@@ -141,9 +142,7 @@ def _axis(a: int, b: int, flights: Flights) -> Any:
         return between
     if type_a == BOX and type_b == BOX:
         return _axis_of_boxes(shape_a, shape_b, place_a, place_b, arrays)
-    exact = type_a != SPHERE and (
-        type_a == CYLINDER or type_b == CYLINDER or type_a == HULL or type_b == HULL
-    )
+    exact = type_a != SPHERE and asks_true_shapes(a, b, arrays.table)
     known = load(flights.views, flight_record.LAST_AXIS)
     squared = dot(known, known)
     if exact and squared > 0.0:

@@ -101,7 +101,7 @@ def on_plane(
         position = add(center, subtract(on_rim, scale(0.5 * separation, out)))
         write_point(found, count, position, separation, feature)
         count += 1
-    if count == MOST and half * abs(rise) >= fall:
+    if count == MOST and half * abs(rise) >= fall:  # what rolls on its rim has no face
         write_disc(found, radius, add_scaled(center, half if upper_end else -half, axis))
     found[RIM] = 1.0
     return count
