@@ -59,6 +59,9 @@ DEEP = constraint.number('m', 'an overlap beyond which it comes out at a rate of
 LOAD = constraint.number('m/s^2', 'what it carries, of the last ticks: see `static_sink`')
 SINK = constraint.number('m', 'which that takes out of the separations of its points')
 SHARE = constraint.number('-', 'w: of the surface that its face is a part of, see `softness`')
+LEFT_ALONE = constraint.number(
+    '-', 'share of the usual changes of its velocity that passes leave alone'
+)
 FAR_SEPARATION = constraint.number('m', 'least of its far points: `far_points`')
 FAR_ARM_A = constraint.number('m', 'longest of their arms on A, with what lies beyond')
 FAR_ARM_B = constraint.number('m', 'the same of B')

@@ -68,6 +68,8 @@ GIVES, MOST_SINK = 0.3, 5.0
 # [-] ratio of two masses beyond which less than the usual changes are left alone, and the share
 # that is, at least; more lets what is heavy rock on what is light, less takes all passes
 UNLIKE, LEAST_SHARE = 30.0, 1e-3
+# [-] the same of what rolls on what cannot move: more tilts a disc that changes from tile to tile
+OF_ROLLING = 0.01
 
 # [1/s] at which what is deeper than `constraint.DEEP` comes out, beside the pace: at once, loads
 # that change, which let a contact sink a little deeper each time, end in a jump of the energy;
@@ -202,6 +204,26 @@ def share_left_alone(lane: int, constraints: Array) -> Any:
     return share if share > LEAST_SHARE else LEAST_SHARE
 
 
+@kernel
+def find_shares_left_alone(used: int, constraints: Array) -> None:
+    """Find what passes leave alone of the lanes of a batch, for a tick."""
+    for lane in range(used):
+        whose = constraints[lane + constraint.ROUNDNESS]
+        of_ball = whose == constraint.TWO_BALLS or whose == constraint.BALL_ON_FIXED
+        rolls = not of_ball and (
+            whose < constraint.NOT_ROUND
+            or constraints[lane + constraint.RADIUS_A] > 0.0
+            or constraints[lane + constraint.RADIUS_B] > 0.0
+        )
+        on_fixed = (
+            constraints[lane + constraint.INVERSE_MASS_A] == 0.0
+            or constraints[lane + constraint.INVERSE_MASS_B] == 0.0
+        )
+        constraints[lane + constraint.LEFT_ALONE] = (
+            OF_ROLLING if rolls and on_fixed else share_left_alone(lane, constraints)
+        )
+
+
 @inline
 def leave_settled(used: int, constraints: Array) -> None:
     """Note that a pass has changed nothing in a batch."""
@@ -224,7 +246,7 @@ def mark_unsettled(
     for lane in range(used):
         size = scratch[lane + lane_scratch.LARGEST_CHANGE]
         mass = points[lane + contact_point.NORMAL_MASS]
-        changed = size > rest * share_left_alone(lane, constraints) * mass
+        changed = size > rest * constraints[lane + constraint.LEFT_ALONE] * mass
         constraints[lane + constraint.UNSETTLED] = size / mass if changed else 0.0
         any_changed = any_changed or changed
     return any_changed
