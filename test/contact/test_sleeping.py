@@ -16,6 +16,7 @@ import pytest
 
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.forces.elements.spring import Spring
+from rigid_body_sim.physics.forces.elements.time import TimeTable
 from rigid_body_sim.physics.model import mass_properties
 from rigid_body_sim.physics.model.shapes import Box, Part, Union
 from rigid_body_sim.physics.simulation import Simulation
@@ -151,6 +152,29 @@ def test_a_force_that_friction_holds_wakes_too_and_lets_sleep_again():
     sim.set_wrench('b')
     sim.step(1)
     assert not inside.asleep(sim)
+
+
+@pytest.mark.usefixtures('own_kernels', 'plain_source')
+def test_a_force_that_grows_while_all_sleep_acts_however_ticks_are_grouped():
+    # kernels of many scenes evaluate forces more often than this one does; at 1/250 s the instants
+    # of ticks are rounded
+    grows = TimeTable('b', ((0.3, 0.0, 0.0, 0.0), (0.6, 360.0, 0.0, 0.0)), outside='hold')
+    at_once, grouped = (
+        Simulation(
+            lean(
+                [ground(), box('b', 0.2, (0, 0, 0.1))],
+                forces=(grows,), dt=0.004, sleeping=True, sleep_time=0.05,
+            )
+        )
+        for _ in range(2)
+    )  # fmt: skip
+    grouped.step(70)
+    assert inside.asleep(grouped) == {'b'}
+    at_once.step(95)
+    for ticks in (5, 7, *[1] * 13):
+        grouped.step(ticks)
+    assert at_once.state.position[1, 0] > 0.02
+    assert at_once.state_bytes() == grouped.state_bytes()
 
 
 def test_an_impulse_to_one_body_wakes_its_island_and_no_other():

@@ -252,12 +252,14 @@ class Tick(NamedTuple):
     The tick under way.
 
     start     : [s] since the start of the scene
+    end       : [s] where the next one begins, to the bit
     h         : [s] its length
     substep   : [s]
     substeps  : how many
     """
 
     start: float
+    end: float
     h: float
     substep: float
     substeps: int
@@ -287,7 +289,7 @@ def _advance(ticks, tick, h, world):
     for passed in range(ticks):
         if not status == 0.0:
             return status
-        now = Tick((tick + passed) * h, h, substep, substeps)
+        now = Tick((tick + passed) * h, (tick + passed + 1) * h, h, substep, substeps)
         if COUPLED and not evaluated:
             evaluate_forces(now.start, motion, forces)
             evaluated = not VELOCITY_DEPENDENT
@@ -301,6 +303,7 @@ def _advance(ticks, tick, h, world):
             if awake == 0:
                 counts[tick_counts.MANIFOLDS] = 0
                 counts[tick_counts.DONE] = passed + 1
+                evaluated = False  # nobody moves, but time does, and what it tells forces
                 continue
         if not detect_contacts(tick + passed, h, world) or not arrange_constraints(
             now, motion.body_count, colliders, constraints, bodies, driven, counts
@@ -333,7 +336,7 @@ def _advance(ticks, tick, h, world):
         counts[tick_counts.DONE] = passed + 1
         status = finite(motion)
         if SLEEPING and put_to_sleep(
-            h, (tick + passed + 1) * h, touching, motion, forces, colliders, constraints, bodies,
+            h, now.end, touching, motion, forces, colliders, constraints, bodies,
             state, driven, settings, counts,
         ):  # fmt: skip
             counts[tick_counts.STATUS] = tick_counts.FELL_ASLEEP
@@ -963,7 +966,8 @@ def _pass_groups(tick, h, world):
     part = crew.take(crew.GROUPS, world.crew)
     while part != crew.NO_PART:
         substeps = int(world.settings[tick_settings.SUBSTEPS])
-        now = Tick((tick + counts[tick_counts.DONE]) * h, h, h / substeps, substeps)
+        passed = tick + counts[tick_counts.DONE]
+        now = Tick(passed * h, (passed + 1) * h, h, h / substeps, substeps)
         if part < counts[tick_counts.GROUPS]:
             pass_group(part, now, world)
         elif APART:
@@ -981,7 +985,8 @@ def _end_substep(index, now, group, constraints, world):
             account.begin_motion(0.5 * now.substep, group, world.bodies)
         move_all(now, group, world.bodies, world.sleep)
     if COUPLED:
-        time = now.start + (index + 1) * now.substep
+        last = index + 1 == now.substeps
+        time = now.end if last else now.start + (index + 1) * now.substep
         correct_forces(time, now, group.members, world.motion, world.forces, world.bodies)
     follow_and_relax(
         index, now, group, world.colliders, constraints, world.bodies, world.flows,
@@ -1188,7 +1193,14 @@ def _meet_at_instant(time, world):
     if counts[tick_counts.INSTANT] == tick_counts.NOTHING:
         return
     if DRIVES:
-        drive(Tick(time, 0.0, 0.0, 1), world.driven, colliders, world.bodies, world.sleep, counts)
+        drive(
+            Tick(time, time, 0.0, 0.0, 1),
+            world.driven,
+            colliders,
+            world.bodies,
+            world.sleep,
+            counts,
+        )
     gather_bodies(world)
     narrow_phase.find_poses(
         0, counts[tick_counts.COLLIDERS], motion.rigid_count, motion.translation, motion.rotation,
