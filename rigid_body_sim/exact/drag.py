@@ -54,11 +54,6 @@ def linear(
     return Translation(r0 + v0 * once + g * twice, v0 * np.exp(-x) + g * once)
 
 
-def terminal_speed(*, mass: float, coefficient: float, gravity: float) -> float:
-    """Speed [m/s] at which drag b v^2 carries the weight: sqrt(m g/b), infinite for b = 0."""
-    return float(np.sqrt(mass * gravity / coefficient)) if coefficient else float('inf')
-
-
 def quadratic_fall(
     t: ArrayLike, *, mass: float, coefficient: float, gravity: float, height: float = 0.0
 ) -> Translation:

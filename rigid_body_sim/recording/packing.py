@@ -42,16 +42,6 @@ Array = NDArray[np.float64]
 _STAMP = Struct('<IQQ4siI')
 _STAMP_OFFSET = 11
 _STAMP_DTYPE = np.dtype(f'V{_STAMP.size}')
-_STAMP_FIELDS = np.dtype(
-    [
-        ('sequence', '<u4'),
-        ('log_time', '<u8'),
-        ('publish_time', '<u8'),
-        ('encapsulation', 'V4'),
-        ('sec', '<i4'),
-        ('nanosec', '<u4'),
-    ]
-)
 _CACHED_LAYOUTS = 256  # cached layouts of body subsets; more only costs building them again
 
 
@@ -115,11 +105,9 @@ class StatePacker:
         )
         self._block = bytearray(template)
         self._views = _Views(np.frombuffer(self._block, self._dtype)[0])
-        # Kept as bytes: numpy does not copy what lies between the fields of a structured array.
-        self._template_row = np.frombuffer(template, np.uint8)
-        self._blocks = self._template_row[None][:0]
         self._wrench_dtype = wrench
-        rows = self._template_row[: count * wrench.itemsize]
+        # bytes: numpy does not copy what lies between the fields of a structured array
+        rows = np.frombuffer(template, np.uint8)[: count * wrench.itemsize]
         self._wrench_rows = rows.reshape(count, wrench.itemsize)
         self._wrench_layouts: dict[bytes, TickLayout] = {}
         self._before, self._after = _StampCell(), _StampCell()
@@ -184,31 +172,6 @@ class StatePacker:
             ),
             Batch(self._states_layout, batch.data[cut:], batch.times, batch.tick),
         )
-
-    def pack_many(
-        self,
-        ticks: NDArray[np.int64],
-        *,
-        position: Array,
-        orientation: Array,
-        velocity: Array,
-        angular_velocity: Array,
-        force: Array,
-        torque: Array,
-    ) -> Batch:
-        """Pack the published ticks `ticks` (m,): as `pack`, each array with a first axis of m."""
-        ticks = np.asarray(ticks, np.int64)
-        last = int(ticks[-1])
-        self._after.set(last, last * self._dt_ns)  # refuses what does not fit
-        if len(self._blocks) != len(ticks):
-            self._blocks = np.tile(self._template_row, (len(ticks), 1))
-        _Views(self._blocks.view(self._dtype)[:, 0]).fill(
-            _stamps(ticks - 1, self._dt_ns),
-            _stamps(ticks, self._dt_ns),
-            (position, orientation, velocity, angular_velocity, force, torque),
-        )
-        times = (ticks * self._dt_ns).tolist()
-        return Batch(self._layout, self._blocks.tobytes(), times, last)
 
     def pack_wrenches(
         self, bodies: NDArray[np.int64], tick: int, *, force: Array, torque: Array
@@ -296,12 +259,10 @@ class WrenchPacker:
 
 
 class _Views:
-    """The changing parts of one block of records, or of a column of blocks, as arrays."""
+    """The changing parts of a block of records, as arrays."""
 
-    def __init__(self, blocks: NDArray[np.void] | np.void) -> None:
-        wrench, clock, pose, twist = (
-            blocks[name] for name in ('wrench', 'clock', 'pose', 'twist')
-        )
+    def __init__(self, block: np.void) -> None:
+        wrench, clock, pose, twist = (block[name] for name in ('wrench', 'clock', 'pose', 'twist'))
         self._before = wrench['stamp']
         self._after = (clock['stamp'], pose['stamp'], twist['stamp'])
         self._arrays = tuple(
@@ -340,19 +301,6 @@ class _StampCell:
                 'allowed: ticks below 2^32 and times below 2^31 s; choose a shorter run'
             ) from error
         return self._array
-
-
-def _stamps(ticks: NDArray[np.int64], dt_ns: int) -> NDArray[np.void]:
-    """Return the stamps of many ticks, (m, 1)."""
-    times = ticks * dt_ns
-    stamps = np.empty(len(ticks), _STAMP_FIELDS)
-    stamps['sequence'] = ticks
-    stamps['log_time'] = times
-    stamps['publish_time'] = times
-    stamps['encapsulation'] = np.void(cdr.ENCAPSULATION)
-    stamps['sec'] = times // 1_000_000_000
-    stamps['nanosec'] = times % 1_000_000_000
-    return stamps.view(_STAMP_DTYPE)[:, None]
 
 
 def _record_dtype(tail: bytes, widths: Sequence[int]) -> np.dtype[np.void]:

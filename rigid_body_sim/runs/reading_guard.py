@@ -37,14 +37,7 @@ def interpreting(path: Path) -> Iterator[None]:
             yield
     except (InvalidModel, SimulationDiverged, UserError, RunError):
         raise
-    except (
-        ValueError,
-        LookupError,
-        TypeError,
-        AttributeError,
-        ArithmeticError,
-        struct.error,
-    ) as error:
+    except MISFITS as error:
         problem = ' '.join(str(error).split())[:200] or type(error).__name__
         raise DamagedBag(
             f'{path}: damaged: what it holds does not fit together ({problem}); ask what is wrong '

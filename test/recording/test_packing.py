@@ -63,18 +63,6 @@ def test_packed_payloads_are_what_the_encoder_writes(run, frame_id):
         assert payload == cdr.encode(cdr.decode(types[channel], payload))
 
 
-def test_many_ticks_in_one_call_are_the_same_bytes(run):
-    ticks = np.array([3, 4, 9, 1500])
-    singles = [run.packer.pack(int(tick), **run.arrays(tick)) for tick in ticks]
-    arrays = [run.arrays(tick) for tick in ticks]
-    stacked = {name: np.stack([each[name] for each in arrays]) for name in arrays[0]}
-    batch = run.packer.pack_many(ticks, **stacked)
-    assert batch.data == b''.join(single.data for single in singles)
-    assert list(batch.times) == [single.times[0] for single in singles]
-    assert batch.tick == 1500
-    assert list(batch.payloads()) == [each for single in singles for each in single.payloads()]
-
-
 def test_wrenches_of_some_bodies_are_theirs(make_run):
     run = make_run(tuple('abcdefg'))
     arrays = run.arrays(4)
@@ -106,6 +94,3 @@ def test_a_time_beyond_the_stamp_is_refused(run):
     packer = StatePacker(run.bodies, dt_ns=10**9)
     with pytest.raises(RunError, match='2\\^31 s'):
         packer.pack(2**31, **run.arrays(1))
-    many = {name: array[None] for name, array in run.arrays(1).items()}
-    with pytest.raises(RunError, match='2\\^31 s'):
-        packer.pack_many(np.array([2**31]), **many)

@@ -60,12 +60,6 @@ def _mean_length(p: Any, q: Any) -> float:
     )
 
 
-@inline
-def clear_face(found: Array) -> None:
-    """Begin a pair: nothing is known of a face but its points."""
-    found[FACE_AREA] = 0.0
-
-
 @kernel
 def measure_face(found: Array, first: int, stride: int, count: int) -> None:
     """
