@@ -24,8 +24,8 @@ than a parabola is given up, and told.
 At a break derivatives are those from there on; the first one is also told as it was up to there.
 
 Source: de Boor, A Practical Guide to Splines, chapters XIII and XIV; least squares with equality
-constraints: Bjoerck, Numerical Methods for Least Squares Problems, section 5.1; refined in
-residual form.
+constraints: Bjoerck, Numerical Methods for Least Squares Problems, section 5.1; with the residuals
+among the unknowns, and refined so: section 2.5 (`_Equations`).
 """
 
 from __future__ import annotations
@@ -54,9 +54,11 @@ BEFORE = 3  # behind them: the first derivative up to a break
 NEAR = 1e-6  # [sample spacing] a break this near to a sample, or to another, is at it
 APART = 4  # samples between breaks of rates: nearer ones do more harm than good
 CROWD, CROWDED = 6, 2  # jumps of forces in a row, with fewer samples for each, are none
-REFINEMENTS = 2  # of the solution: the normal equations square the condition of the samples
+REFINEMENTS = 2  # of the solution, at least
 MOST_REFINEMENTS = 12  # where samples come close together
 REFINED = 1e-13  # [-] of the coefficients: a last change that needs no other
+MANY = 0.5  # [-] of the samples: more coefficients are found with the residuals
+WEIGHT = 1e-2  # of the residuals there; from 1e-6 to 1e-1 it changes little
 
 
 class Undetermined(ArithmeticError):
@@ -369,16 +371,12 @@ class Spline:
         self._degrees = [order.degree for order in chosen]
         self._starts = np.concatenate(([0], np.cumsum(self._sizes)))
         self._at_samples = [self._rows(order) for order in range(ORDERS)]
-        self._conditions = self._equations()
+        self._conditions = self._tied_rows()
         self.free = int(self._starts[-1]) - self._conditions.shape[0]
-        value, tied = self._at_samples[0], self._conditions
-        upper = value.T @ value + tied.T @ tied
         self._before = self._rates_before()
-        matrix = sparse.bmat([[upper, tied.T], [tied, None]], format='csc')
-        try:
-            self._factors = splu(matrix)
-        except RuntimeError as error:
-            raise Undetermined('the samples do not determine the spline') from error
+        self._equations = _Equations(
+            self._at_samples[0], self._conditions, steep=self.free > MANY * len(layout.time)
+        )
 
     def derivatives(self, samples: Array, *, tied: bool = True) -> list[Array]:
         """
@@ -389,25 +387,10 @@ class Spline:
                       to samples
             returns : four arrays (n, d); the last two differ where an impulse strikes at a sample
         """
-        value, conditions = self._at_samples[0], self._conditions
-        wanted = np.zeros((conditions.shape[0], samples.shape[1]))
+        wanted = np.zeros((self._conditions.shape[0], samples.shape[1]))
         if tied:
             self._give(wanted)
-        size = int(self._starts[-1])
-        found = np.zeros((size + len(wanted), samples.shape[1]))
-        last = np.inf
-        for done in range(1 + MOST_REFINEMENTS):
-            coefficients, forces = found[:size], found[size:]
-            left = wanted - conditions @ coefficients
-            upper = value.T @ (samples - value @ coefficients) + conditions.T @ (left - forces)
-            change = self._factors.solve(np.concatenate((upper, left)))
-            found = found + change
-            moved = float(np.max(np.abs(change[:size])))
-            settled = moved <= REFINED * float(np.max(np.abs(found[:size])))
-            if done >= REFINEMENTS and (settled or not moved < 0.5 * last):
-                break
-            last = moved
-        coefficients = found[:size]
+        coefficients = self._equations.solve(samples, wanted)
         if not np.all(np.isfinite(coefficients)):
             raise Undetermined('the samples do not determine the spline')
         results = [rows @ coefficients for rows in self._at_samples]
@@ -432,7 +415,8 @@ class Spline:
         columns = row.col + self._starts[piece]
         return sparse.csr_array((row.data, (row.row, columns)), shape=(1, int(self._starts[-1])))
 
-    def _equations(self) -> Matrix:
+    def _tied_rows(self) -> Matrix:
+        """Map coefficients to what is tied: jumps at breaks, and derivatives at the ends."""
         rows, layout = [], self._layout
         for i, b in enumerate(layout.breaks):
             highest = min(b.continuity, max(self._degrees[i], self._degrees[i + 1]))
@@ -477,6 +461,66 @@ class Spline:
             if b.continuity == 0 and self._layout.time[sample] == b.instant:
                 found.append((sample, self._row_at(i, b.instant, 1)))
         return found
+
+
+class _Equations:
+    """
+    Least squares with conditions: residuals r, coefficients c and forces f with
+
+        w r + A c = y,   A^T r + C^T f = 0,   C c = g
+
+    Factors of A^T A (r eliminated, w = 1) square the condition of A. That is nothing where a
+    spline smooths; where it goes through samples of which two come close together, no digit is
+    left. So there r is an unknown (steep), which takes 50 times as long where samples are many
+    more than coefficients.
+
+    value, tied : A, C
+    """
+
+    def __init__(self, value: Matrix, tied: Matrix, *, steep: bool) -> None:
+        self._value, self._tied, self._steep = value, tied, steep
+        self._weight = WEIGHT if steep else 1.0
+        if steep:
+            residuals = self._weight * sparse.eye_array(value.shape[0])
+            blocks = [[residuals, value, None], [value.T, None, tied.T], [None, tied, None]]
+        else:
+            blocks = [[value.T @ value + tied.T @ tied, tied.T], [tied, None]]
+        try:
+            self._factors = splu(sparse.bmat(blocks, format='csc'))
+        except RuntimeError as error:
+            raise Undetermined('the samples do not determine the spline') from error
+
+    def solve(self, samples: Array, wanted: Array) -> Array:
+        """Return the coefficients for y and g, refined until they settle."""
+        value, tied = self._value, self._tied
+        residuals, last = np.zeros_like(samples), np.inf
+        coefficients = np.zeros((value.shape[1], samples.shape[1]))
+        forces = np.zeros_like(wanted)
+        for done in range(1 + MOST_REFINEMENTS):
+            more, change, pull = self._solve_once(
+                samples - self._weight * residuals - value @ coefficients,
+                -(value.T @ residuals + tied.T @ forces),
+                wanted - tied @ coefficients,
+            )
+            residuals, coefficients = residuals + more, coefficients + change
+            forces = forces + pull
+            moved = float(np.max(np.abs(change)))
+            settled = moved <= REFINED * float(np.max(np.abs(coefficients)))
+            if done >= REFINEMENTS and (settled or not moved < 0.5 * last):
+                break
+            last = moved
+        return coefficients
+
+    def _solve_once(self, first: Array, second: Array, third: Array) -> tuple[Array, ...]:
+        """Solve the three equations with such right-hand sides, to what the factors bear."""
+        count, size = self._value.shape
+        if self._steep:
+            found = self._factors.solve(np.concatenate((first, second, third)))
+            return found[:count], found[count : count + size], found[count + size :]
+        upper = self._value.T @ first - second + self._tied.T @ third
+        found = self._factors.solve(np.concatenate((upper, third)))
+        coefficients, forces = found[:size], -found[size:]
+        return first - self._value @ coefficients, coefficients, forces
 
 
 def _knots(time: Array, piece: Piece, order: Order) -> Array:
