@@ -8,7 +8,8 @@ is unfinished. The quality of service stands here and in the channels; where the
 rosbags drops the topic in silence, so both come from the text in the channel.
 
 A topic has forty lines, all but two of them the same for every topic of its type: PyYAML writes
-those once for each type, and a thousand bodies cost no more than their own lines.
+those once for each type, and reads them once, and a thousand bodies cost no more than their own
+lines.
 """
 
 from __future__ import annotations
@@ -31,6 +32,11 @@ VERSION = 9
 _ROOT = 'rosbag2_bagfile_information'
 _TOPICS = 'topics_with_message_count'
 _BELOW_ROOT = '  '
+_ITEM = re.compile(  # of the list of topics, as this package and rosbag2 write it
+    r'  - topic_metadata:\n      name: (/[A-Za-z0-9_/]*)\n'
+    r'((?:      .*\n)+)    message_count: (0|[1-9][0-9]{0,17})\n',
+    re.ASCII,
+)
 _PLAIN_NAME = re.compile(r'/[A-Za-z0-9_/]*', re.ASCII)  # YAML writes it as it is
 
 
@@ -141,7 +147,8 @@ def _information(path: Path) -> dict[str, Any]:
         raise ValueError('it is no regular file')
     if path.stat().st_size > MOST_CHARACTERS:
         raise ValueError(f'longer than {MOST_CHARACTERS} bytes')
-    content = read_yaml(path.read_text(encoding='utf-8'))
+    text = path.read_text(encoding='utf-8')
+    content = _read_item_by_item(text) or read_yaml(text)
     information = content.get(_ROOT) if isinstance(content, dict) else None
     if not isinstance(information, dict):
         raise ValueError(f'it has no map {_ROOT}')
@@ -151,6 +158,45 @@ def _information(path: Path) -> dict[str, Any]:
     if not all(Path(name).name.strip('.') and '\0' not in name for name in names):
         raise ValueError('relative_file_paths names what is no file')
     return information
+
+
+def _read_item_by_item(text: str) -> dict[str, Any] | None:
+    """
+    Read the text of metadata.yaml, of each type of topics one item; None for one that is laid out
+    in another way than those that are written.
+    """
+    mark = f'\n{_BELOW_ROOT}{_TOPICS}:\n'
+    head, found, rest = text.partition(mark)
+    items, place = [], 0
+    while (item := _ITEM.match(rest, place)) is not None:
+        items.append(item)
+        place = item.end()
+    tail = rest[place:]
+    if not (found and items and text.isascii()) or _TOPICS in tail or tail[:3].strip(' ') == '':
+        return None
+    if tail.startswith(f'{_BELOW_ROOT}-'):
+        return None
+    try:
+        content = read_yaml(f'{head}{mark.rstrip()} []\n{tail}')
+        if content[_ROOT][_TOPICS] != []:
+            return None
+        kinds = {same: _one_item(same) for same in {item[2] for item in items}}
+    except (ValueError, LookupError, TypeError):
+        return None
+    content[_ROOT][_TOPICS] = [
+        {'topic_metadata': {**kinds[same], 'name': name}, 'message_count': int(count)}
+        for name, same, count in (item.groups() for item in items)
+    ]
+    return content
+
+
+def _one_item(same: str) -> dict[str, Any]:
+    """Read what all topics of a type have in common; its name is first and still to be given."""
+    (item,) = read_yaml(f'  - topic_metadata:\n      name: /\n{same}    message_count: 0\n')
+    topic = item['topic_metadata']
+    if item != {'topic_metadata': topic, 'message_count': 0} or topic['name'] != '/':
+        raise ValueError('not an item of the list')
+    return topic
 
 
 def _topic_text(topic: TopicSummary, margin: str) -> str:

@@ -219,7 +219,7 @@ class Bag:
 def _messages(
     stream: BinaryIO, wanted: dict[int, str], known: Collection[int]
 ) -> Iterator[RecordedMessage]:
-    for record in mcap_scan.records(stream):
+    for record in mcap_scan.records(stream, message_indexes=False):
         found: Iterable[mcap_scan.Message] = ()
         if record.opcode == mcap_file.CHUNK:
             found = mcap_scan.chunk_messages(record, wanted, known)

@@ -3,16 +3,17 @@
 """
 Topics of a bag as arrays: times and numbers of all their messages, a million in a second.
 
-Chunks are walked through record by record, and their messages cut out by numpy at once where all
-of a topic are laid out alike, as a run writes them; elsewhere they are decoded one by one.
+Chunks are walked through record by record; their messages are cut out by numpy, those of one size
+at once whatever their topic, then parted. A topic whose messages are not laid out alike, as
+a run writes them, is decoded one by one.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 from struct import Struct
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,10 +26,13 @@ from rigid_body_sim.recording.cdr_parts import CdrError
 Array = NDArray[np.float64]
 Progress = Callable[[int], object]  # told how many messages were read since the last time
 
-_HEAD = Struct('<BQH')  # opcode, length and channel id at the start of a message record
+_FRAMED = Struct('<BQ')  # opcode and length at the start of a record
+_HEAD = np.dtype([('opcode', 'u1'), ('length', '<u8'), ('channel', '<u2')])  # of a message record
 _FRAME = 9  # [bytes] of opcode and length
 _FIXED = 31  # [bytes] of a message record before its payload
 _STAMP = 4  # [bytes] of a payload before its stamp
+_BATCH = 1 << 16  # [-] messages, and those of a topic more, that are cut up at once
+_UNKNOWN, _UNWANTED = -2, -1  # in place of the number of a topic
 TYPES: dict[str, Any] = {
     kind.TYPE: kind for kind in (cdr.PoseStamped, cdr.TwistStamped, cdr.WrenchStamped)
 }
@@ -49,6 +53,86 @@ class Columns:
     frame_id: str
 
 
+class _Group(NamedTuple):
+    """
+    The messages of one topic that have one size, in file order.
+
+    place : (k,) int  which messages of the bag they are
+    rows  : (k, size) bytes
+    cut   : stamps and numbers, where they differ in nothing else; None elsewhere
+    """
+
+    place: NDArray[np.int64]
+    rows: NDArray[np.uint8]
+    cut: tuple[NDArray[np.int64], Array] | None
+
+
+class _Gathered:
+    """
+    Payloads in file order, those of one size and width together whatever their topic.
+
+    widths : doubles in a message of each topic
+    """
+
+    def __init__(self, widths: Sequence[int]) -> None:
+        self._widths = np.array(widths, dtype=np.int64)
+        self._found: dict[tuple[int, int], list[tuple[NDArray[Any], ...]]] = {}
+        self._lone: list[tuple[int, bytes]] = []
+        self._count = 0
+
+    def add(self, topic: int, data: bytes) -> None:
+        """Take a message that stands alone."""
+        self._lone.append((topic, data))
+
+    def add_all(
+        self,
+        topics: NDArray[np.int64],
+        starts: NDArray[np.int64],
+        sizes: NDArray[np.int64],
+        body: NDArray[np.uint8],
+    ) -> None:
+        """Cut messages out of the bytes that hold them all."""
+        self._take_lone()
+        place = np.arange(self._count, self._count + len(topics))
+        self._count += len(topics)
+        widths = self._widths[topics]
+        for size in np.unique(sizes).tolist():
+            for width in np.unique(widths[sizes == size]).tolist():
+                chosen = np.flatnonzero((sizes == size) & (widths == width))
+                rows = np.zeros((len(chosen), 0), dtype=np.uint8)
+                if size:
+                    windows = np.lib.stride_tricks.sliding_window_view(body, size)
+                    rows = windows[starts[chosen]]
+                found = self._found.setdefault((size, width), [])
+                found.append((topics[chosen], place[chosen], rows))
+
+    def by_topic(self) -> list[list[_Group]]:
+        """Give all, and forget them."""
+        self._take_lone()
+        groups: list[list[_Group]] = [[] for _ in self._widths]
+        for size, width in [*self._found]:
+            found = self._found.pop((size, width))
+            topics, place, rows = map(np.concatenate, zip(*found, strict=True))
+            order = np.argsort(topics, kind='stable')
+            ends = np.append(np.flatnonzero(np.diff(topics[order])) + 1, len(order))
+            last = np.append(np.diff(ends // _BATCH) > 0, True)
+            begin = 0
+            for end in ends[last].tolist():
+                some = order[begin:end]
+                begin = end
+                for topic, group in _parted(topics[some], place[some], rows[some], width):
+                    groups[topic].append(group)
+        return groups
+
+    def _take_lone(self) -> None:
+        lone, self._lone = self._lone, []
+        if lone:
+            topics = np.array([topic for topic, _ in lone])
+            sizes = np.array([len(data) for _, data in lone])
+            body = np.frombuffer(b''.join(data for _, data in lone), dtype=np.uint8)
+            self.add_all(topics, np.cumsum(sizes) - sizes, sizes, body)
+
+
 def read_columns(
     bag: Bag, topics: Collection[str], *, progress: Progress = lambda _count: None
 ) -> dict[str, Columns]:
@@ -57,34 +141,36 @@ def read_columns(
 
     topics : their names; each of a type in TYPES
     """
-    pieces: dict[str, list[tuple[int, bytes]]] = {name: [] for name in topics}
-    direct = [name for name in topics if name in bag.recorded_topics]
-    for name, size, payloads in _payloads(bag, direct, progress):
-        pieces[name].append((size, payloads))
-    others = [name for name in topics if name not in direct]
+    numbers = {name: number for number, name in enumerate(topics)}
+    kinds = [TYPES[bag.topics[name].type] for name in numbers]
+    gathered = _Gathered([sum(count for _, count in kind.PARTS) for kind in kinds])
+    recorded = bag.recorded_topics
+    _gather(bag, {n: k for n, k in numbers.items() if n in recorded}, gathered, progress)
+    others = [name for name in numbers if name not in recorded]
     if others:
         for message in bag.messages(others):
-            pieces[message.topic].append((len(message.data), message.data))
+            gathered.add(numbers[message.topic], message.data)
             progress(1)
-    return {name: _columns(bag, name, found) for name, found in pieces.items()}
+    found = zip(numbers, kinds, gathered.by_topic(), strict=True)
+    return {name: _columns(bag, name, kind, groups) for name, kind, groups in found}
 
 
-def _payloads(
-    bag: Bag, topics: Collection[str], progress: Progress
-) -> Iterator[tuple[str, int, bytes]]:
-    """Yield (topic, size of a payload, payloads one after the other), chunk by chunk."""
+def _gather(bag: Bag, numbers: dict[str, int], gathered: _Gathered, progress: Progress) -> None:
+    """Find the payloads of topics, which have numbers, file by file."""
     for file, names in bag.names_in_files():
-        wanted = {channel: name for channel, name in names.items() if name in topics}
+        topic_of = np.full(1 << 16, _UNKNOWN, dtype=np.int64)  # by channel
+        for channel, name in names.items():
+            topic_of[channel] = numbers.get(name, _UNWANTED)
         with file.open('rb') as stream:
             try:
-                for record in mcap_scan.records(stream):
+                for record in mcap_scan.records(stream, message_indexes=False):
                     if record.opcode == mcap_file.CHUNK:
                         body = mcap_scan.opened_chunk(record)[1]
-                        yield from _of_chunk(body, record, wanted, names, progress)
+                        progress(_of_chunk(body, record, topic_of, gathered))
                     elif record.opcode == mcap_file.MESSAGE:
                         single = mcap_scan.message(record)
-                        if single.channel in wanted:
-                            yield wanted[single.channel], len(single.data), single.data
+                        if topic_of[single.channel] >= 0:
+                            gathered.add(int(topic_of[single.channel]), single.data)
                     elif record.opcode == mcap_file.DATA_END:
                         break
             except mcap_scan.Torn as error:
@@ -92,40 +178,43 @@ def _payloads(
 
 
 def _of_chunk(
-    body: bytes,
-    record: mcap_scan.Record,
-    wanted: dict[int, str],
-    known: Collection[int],
-    progress: Progress,
-) -> Iterator[tuple[str, int, bytes]]:
-    places: dict[tuple[int, int], list[int]] = {}
-    position, end, head = 0, len(body), _HEAD.unpack_from
+    body: bytes, record: mcap_scan.Record, topic_of: NDArray[np.int64], gathered: _Gathered
+) -> int:
+    """Take the messages of a chunk; returns how many there were of wanted topics."""
+    found = _places(body, record)
+    if not found:
+        return 0
+    places = np.array(found, dtype=np.int64)
+    flat = np.frombuffer(body, dtype=np.uint8)
+    heads = np.lib.stride_tricks.sliding_window_view(flat, _HEAD.itemsize)[places].view(_HEAD)
+    channels = heads['channel'][:, 0]
+    topics = topic_of[channels]
+    sizes = heads['length'][:, 0].astype(np.int64) + (_FRAME - _FIXED)
+    wrong = np.flatnonzero((topics == _UNKNOWN) | (sizes < 0))
+    if len(wrong):
+        problem = 'chunk ends within a record'
+        if topics[wrong[0]] == _UNKNOWN:
+            problem = f'message of the unknown channel {channels[wrong[0]]}'
+        raise mcap_scan.Torn(record.position, problem)
+    wanted = topics >= 0
+    gathered.add_all(topics[wanted], places[wanted] + _FIXED, sizes[wanted], flat)
+    return int(np.count_nonzero(wanted))
+
+
+def _places(body: bytes, record: mcap_scan.Record) -> list[int]:
+    """Find where the messages of a chunk begin; Torn unless its records fill it."""
+    found: list[int] = []
+    position, end, framed = 0, len(body), _FRAMED.unpack_from
     while position + _FIXED <= end:
-        opcode, length, channel = head(body, position)
+        opcode, length = framed(body, position)
         if opcode == mcap_file.MESSAGE:
-            key = (channel, length)
-            if key in places:
-                places[key].append(position)
-            else:
-                places[key] = [position]
+            found.append(position)
         elif opcode == 0:
             raise mcap_scan.Torn(record.position, 'chunk holds a record with opcode 0')
         position += _FRAME + length
     if position != end:
         _need_whole(body, position, record)
-    flat = np.frombuffer(body, dtype=np.uint8)
-    for (channel, length), found in places.items():
-        size = length + _FRAME - _FIXED
-        if channel not in known:
-            problem = f'message of the unknown channel {channel}'
-            raise mcap_scan.Torn(record.position, problem)
-        if size < 0 or found[-1] + _FIXED + size > end:
-            raise mcap_scan.Torn(record.position, 'chunk ends within a record')
-        if channel in wanted:
-            starts = np.array(found, dtype=np.int64) + _FIXED
-            rows = np.lib.stride_tricks.sliding_window_view(flat, size)[starts] if size else flat
-            yield wanted[channel], size, rows[: len(found)].tobytes() if size else b''
-            progress(len(found))
+    return found
 
 
 def _need_whole(body: bytes, position: int, record: mcap_scan.Record) -> None:
@@ -142,34 +231,33 @@ def _need_whole(body: bytes, position: int, record: mcap_scan.Record) -> None:
         raise mcap_scan.Torn(record.position, 'chunk ends within a record')
 
 
-def _columns(bag: Bag, name: str, pieces: list[tuple[int, bytes]]) -> Columns:
-    """Read the payloads of one topic, all at once where they are laid out alike."""
-    kind = TYPES[bag.topics[name].type]
-    width = sum(count for _, count in kind.PARTS)
-    sizes = {size for size, _ in pieces}
-    if not pieces:
-        return Columns(np.zeros(0, dtype=np.int64), np.zeros((0, width)), '')
-    size = min(sizes)
-    try:
-        first: Any = cdr.decode(kind.TYPE, pieces[0][1][: pieces[0][0]])
-        if len(sizes) == 1:
-            data = b''.join(payloads for _, payloads in pieces)
-            found = _alike(data, size, width, first.frame_id)
-            if found is not None:
-                return found
-        return _one_by_one(kind, pieces, first.frame_id)
-    except CdrError as error:
-        raise damaged(bag.path, f'a message on {name}: {error}') from error
+def _parted(
+    topics: NDArray[np.int64], place: NDArray[np.int64], rows: NDArray[np.uint8], width: int
+) -> Iterator[tuple[int, _Group]]:
+    """Part messages of one size and width that are sorted by topic."""
+    begins = np.flatnonzero(np.diff(topics, prepend=-1))
+    ends = np.append(begins[1:], len(topics))
+    stamp, numbers, alike = _cut(rows, width, begins, ends)
+    for begin, end, is_cut in zip(begins.tolist(), ends.tolist(), alike, strict=True):
+        cut = (stamp[begin:end], numbers[begin:end]) if is_cut else None
+        yield int(topics[begin]), _Group(place[begin:end], rows[begin:end], cut)
 
 
-def _alike(data: bytes, size: int, width: int, frame_id: str) -> Columns | None:
-    """Cut stamps and doubles out; None where messages differ in more than these."""
-    rows = np.frombuffer(data, dtype=np.uint8).reshape(-1, size)
+def _cut(
+    rows: NDArray[np.uint8], width: int, begins: NDArray[np.int64], ends: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], Array, list[bool]]:
+    """
+    Cut stamps and doubles out of messages of several topics; the last value tells of each topic
+    whether its messages differ in nothing more than these.
+    """
+    size = rows.shape[1]
     doubles = size - 8 * width
+    if doubles < _STAMP + 8:
+        return np.zeros(0, dtype=np.int64), np.zeros((0, width)), [False] * len(begins)
     constant = (*range(_STAMP), *range(_STAMP + 8, doubles))  # encapsulation and frame
     head = rows[:, list(constant)]
-    if doubles < _STAMP + 8 or rows[0, 1] != 1 or (head != head[0]).any():
-        return None
+    other = (head != np.repeat(head[begins], ends - begins, axis=0)).any(axis=1)
+    alike = (rows[begins, 1] == 1) & ~np.logical_or.reduceat(other, begins)
     layout = np.dtype(
         {
             'names': ['sec', 'nanosec', 'numbers'],
@@ -178,18 +266,31 @@ def _alike(data: bytes, size: int, width: int, frame_id: str) -> Columns | None:
             'itemsize': size,
         }  # type: ignore[arg-type]  # numpy's own stubs do not know this form with subarrays
     )
-    table = np.frombuffer(data, dtype=layout)
+    table = rows.reshape(-1).view(layout)
     stamp = 10**9 * table['sec'].astype(np.int64) + table['nanosec']
-    return Columns(stamp, table['numbers'].astype(np.float64), frame_id)
+    return stamp, table['numbers'].astype(np.float64), alike.tolist()
 
 
-def _one_by_one(kind: Any, pieces: list[tuple[int, bytes]], frame_id: str) -> Columns:
-    """Decode every message."""
-    messages: list[Any] = [
-        cdr.decode(kind.TYPE, payloads[start : start + size])
-        for size, payloads in pieces
-        for start in range(0, len(payloads), size)
-    ]
+def _columns(bag: Bag, name: str, kind: Any, groups: list[_Group]) -> Columns:
+    """Put the messages of one topic together; they are decoded where they are not alike."""
+    if not groups:
+        width = sum(count for _, count in kind.PARTS)
+        return Columns(np.zeros(0, dtype=np.int64), np.zeros((0, width)), '')
+    try:
+        opening = min(groups, key=lambda group: group.place[0])
+        first: Any = cdr.decode(kind.TYPE, opening.rows[0].tobytes())
+        if len(groups) == 1 and opening.cut is not None:
+            return Columns(*opening.cut, first.frame_id)
+        return _one_by_one(kind, groups, first.frame_id)
+    except CdrError as error:
+        raise damaged(bag.path, f'a message on {name}: {error}') from error
+
+
+def _one_by_one(kind: Any, groups: list[_Group], frame_id: str) -> Columns:
+    """Decode every message, in file order."""
+    rows = [row for group in groups for row in group.rows]
+    order = np.argsort(np.concatenate([group.place for group in groups]))
+    messages: list[Any] = [cdr.decode(kind.TYPE, rows[i].tobytes()) for i in order.tolist()]
     stamp = [10**9 * message.sec + message.nanosec for message in messages]
     numbers = [[x for part, _ in kind.PARTS for x in getattr(m, part)] for m in messages]
     return Columns(np.array(stamp, dtype=np.int64), np.array(numbers, dtype=np.float64), frame_id)

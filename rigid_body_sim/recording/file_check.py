@@ -10,6 +10,7 @@ from __future__ import annotations
 import zlib
 from collections import Counter
 from collections.abc import Iterator, Mapping
+from struct import Struct
 from typing import BinaryIO
 
 from mcap.records import Attachment, Channel, MessageIndex, Metadata, Schema
@@ -20,6 +21,8 @@ from rigid_body_sim.recording.mcap_summary import Summary
 Entries = dict[int, list[tuple[int, int]]]
 Span = tuple[int, int]  # place and length [bytes] of a record with its frame
 FRAME_BYTES = 9
+_INDEX_HEAD = Struct('<HI')  # of a message index: channel, bytes of its entries
+_ENTRY = Struct('<QQ')  # log time, place in the chunk
 
 
 class Contents:
@@ -51,9 +54,8 @@ class Contents:
         if opcode == mcap_file.CHUNK:
             self._take_chunk(record)
         elif opcode == mcap_file.MESSAGE_INDEX and self.indexes:
-            index = record.parse(MessageIndex)
-            entries = [(time, place) for time, place in index.records]
-            self.indexes[-1].setdefault(index.channel_id, []).extend(entries)
+            channel, entries = _message_index(record)
+            self.indexes[-1].setdefault(channel, []).extend(entries)
         elif opcode == mcap_file.ATTACHMENT:
             record.parse(Attachment)
             self.attachments.append(_span(record))
@@ -120,6 +122,21 @@ class Contents:
         self.descents += time < self._latest
         self.apart += time != message.publish_time
         self._latest = time
+
+
+def _message_index(record: mcap_scan.Record) -> tuple[int, list[tuple[int, int]]]:
+    """
+    Read which messages of a channel stand where in a chunk: at once what the mcap package reads
+    number by number. What does not fit it is asked about.
+    """
+    content = record.content
+    size = len(content) - _INDEX_HEAD.size
+    if size >= 0:
+        channel, stated = _INDEX_HEAD.unpack_from(content)
+        if stated == size and size % _ENTRY.size == 0:
+            return channel, [*_ENTRY.iter_unpack(content[_INDEX_HEAD.size :])]
+    index = record.parse(MessageIndex)
+    return index.channel_id, [(time, place) for time, place in index.records]
 
 
 def read_contents(stream: BinaryIO) -> Contents:

@@ -24,10 +24,11 @@ from rigid_body_sim.runs.run import Run
 
 def check_run(path: str | os.PathLike[str]) -> list[str]:
     """Return the findings; none for bags that hold no run of this package."""
-    if not Bag(path).holds_run:
+    bag = Bag(path)
+    if not bag.holds_run:
         return []
     try:
-        recorded = RecordedRun(Path(path))
+        recorded = RecordedRun(Path(path), bag)
         recorded.commands()
         with interpreting(recorded.bag.path):
             run = recorded.stand_at_start()

@@ -34,10 +34,14 @@ MOST_UNSEEN = 100_000_000  # ticks between recorded states that a replay takes; 
 
 
 class RecordedRun:
-    """A bag of this package, opened to be run again."""
+    """
+    A bag of this package, opened to be run again.
 
-    def __init__(self, path: Path) -> None:
-        self.bag = Bag(path)
+    bag : what is at the path, if it was opened before
+    """
+
+    def __init__(self, path: Path, bag: Bag | None = None) -> None:
+        self.bag = Bag(path) if bag is None else bag
         manifest = self.bag.need_run()
         wanted = (SCHEMA_VERSION, TICK_SEMANTICS)
         found = (manifest.get('schema_version'), manifest.get('tick_semantics'))

@@ -10,7 +10,12 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rigid_body_sim.recording.bag_metadata import Information, TopicSummary
+from rigid_body_sim.recording import bag_metadata
+from rigid_body_sim.recording.bag_metadata import (
+    Information,
+    TopicSummary,
+    _read_item_by_item,
+)
 from rigid_body_sim.recording.plain_yaml import read_yaml
 from rigid_body_sim.recording.topics import qos_text
 
@@ -121,3 +126,39 @@ def test_one_pass_reads_what_the_loader_reads(text):
 def test_what_metadata_never_holds_is_refused(text):
     with pytest.raises(ValueError, match=r'alias|nested|single document|expected'):
         read_yaml(text)
+
+
+def read_whole(text):
+    """
+    What a reader makes of the whole text, or what it says.
+    """
+    try:
+        return read_yaml(text)
+    except ValueError as error:
+        return str(error)
+
+
+@settings(max_examples=150, deadline=None)
+@given(INFORMATION, st.randoms(use_true_random=False), st.integers(0, 3))
+def test_read_item_by_item_it_is_what_it_is_as_a_whole(information, draw, changes):
+    letters = [*information.file_text()]
+    for _ in range(changes):
+        place = draw.randrange(len(letters))
+        letters[place : place + draw.randrange(2)] = draw.choice('\'":#&*!|>-[]{},? \n\ta0~%@`')
+    text = ''.join(letters)
+    found = _read_item_by_item(text)
+    assert found is None or repr(found) == repr(read_whole(text))
+
+
+def test_what_all_topics_of_a_type_have_in_common_is_read_once(monkeypatch):
+    topics = [
+        TopicSummary(f'/b{n}/pose', 'geometry_msgs/msg/PoseStamped', 'cdr', qos_text(), 'h', n)
+        for n in range(100)
+    ]
+    text = Information('bag_0.mcap', topics, 0, 1, {}).file_text()
+    lengths = []
+    monkeypatch.setattr(
+        bag_metadata, 'read_yaml', lambda part: (lengths.append(len(part)), read_yaml(part))[1]
+    )
+    assert _read_item_by_item(text) == read_yaml(text)
+    assert sum(lengths) < len(text) / 20
