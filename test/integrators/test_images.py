@@ -11,6 +11,7 @@ import subprocess
 import sys
 import threading
 import time
+import weakref
 from pathlib import Path
 from typing import NamedTuple
 
@@ -19,7 +20,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rigid_body_sim.physics.compile import kernels
+from rigid_body_sim.physics.compile import image, kernels
 from rigid_body_sim.physics.compile.elf import FlatCode, UnknownCode, flatten
 from rigid_body_sim.physics.compile.image import (
     KernelStopped,
@@ -399,6 +400,17 @@ def test_an_image_holds_no_reference_and_leaks_none(images):
         image(big)
     after = sys.getrefcount(a), sys.getrefcount(big), sys.getrefcount(NotImplemented)
     assert after == before
+
+
+def test_what_python_knows_of_an_image_outlives_the_module_that_loaded_it(images):
+    """
+    Python takes itself apart in no given order, and looks at the description of a function that
+    goes after all else: some processes with large arrays ended with a segmentation fault.
+    """
+    function = made(images, total.py_func, np.zeros(5))
+    described = weakref.ref(image._METHODS.pop(function))
+    assert described() is not None
+    image._METHODS[function] = described()
 
 
 # ----- the format

@@ -183,7 +183,7 @@ def load(flat: FlatCode, name: str) -> Callable[..., Any]:
     place = _placed(flat) + flat.entry
     method = _Method(name.encode(), place, _WITH_ARRAY_OF_ARGUMENTS, None)
     made = _function(method, (name,))
-    _METHODS[made] = method  # never given back: nobody knows who holds its address
+    _METHODS[made] = _kept(method)  # nobody knows who holds its address
     return made
 
 
@@ -226,7 +226,7 @@ def _address(name: str) -> int:
 def _placed(flat: FlatCode) -> int:
     """Copy code into memory, fill in what it lacks, and let it be run; its address."""
     memory = mmap.mmap(-1, len(flat.code), mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
-    _KEPT.append(memory)  # never given back: nobody knows who holds its address
+    _kept(memory)  # nobody knows who holds its address
     memory[: len(flat.code)] = flat.code
     address = ctypes.addressof(ctypes.c_char.from_buffer(memory))
     for name, at in flat.externals.items():
@@ -240,5 +240,15 @@ def _placed(flat: FlatCode) -> int:
     return address
 
 
-_KEPT: list[Any] = []
+def _kept(thing: Any) -> Any:
+    """
+    Keep a thing until the process is gone, and give it back.
+
+    A list of this module would let it go when Python takes itself apart, in no order that is
+    given: a function that goes later would look into memory that is not there any more.
+    """
+    ctypes.pythonapi.Py_IncRef(ctypes.py_object(thing))
+    return thing
+
+
 _METHODS: dict[Callable[..., Any], _Method] = {}
