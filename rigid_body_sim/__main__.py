@@ -23,15 +23,21 @@ if __name__ == '__main__':
     STOP.listen(owns_process=True)
     STOP.quits = 0 if sys.argv[1:2] == ['sim_node'] else None
 
-import argparse
 import importlib
 import os
 from collections.abc import Sequence
 
 from rigid_body_sim import __version__
+from rigid_body_sim.command_line import CommandLine
 from rigid_body_sim.errors import RunError, UserError
 from rigid_body_sim.missing_packages import missing
-from rigid_body_sim.terminal import clean_output, printable, take_any_terminal
+from rigid_body_sim.terminal import (
+    OutputFull,
+    clean_output,
+    not_written,
+    printable,
+    take_any_terminal,
+)
 
 NODE = 'sim_node'  # whose normal end is a signal
 VERBS = {
@@ -56,11 +62,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     take_any_terminal()
     words = list(sys.argv[1:] if argv is None else argv)
     if not words or words[0] in ('-h', '--help'):
-        print(_overview())
-        return 0 if words else 2
+        return _show(_overview()) or (0 if words else 2)
     if words[0] == '--version':
-        print(__version__)
-        return 0
+        return _show(__version__)
     if words[0].replace('-', '_') in VERBS:  # warm-up is warm_up
         words[0] = words[0].replace('-', '_')
     if words[0] not in VERBS:
@@ -90,18 +94,23 @@ def _run_verb(verb: str, words: Sequence[str]) -> int:
         module = importlib.import_module(f'rigid_body_sim.verbs.{verb}')
     except ModuleNotFoundError as error:
         return _fail_without(verb, error)
-    parser = argparse.ArgumentParser(prog=f'rigid_body_sim {verb}', description=module.__doc__)
+    parser = CommandLine(prog=f'rigid_body_sim {verb}', description=module.__doc__)
     module.add_arguments(parser)
     own, for_ros = list(words), []
     if getattr(module, 'TAKES_ROS_ARGUMENTS', False):
         own, for_ros = _split(words)
-    known = parser.parse_args(own)
-    known.ros_arguments = for_ros
     from rigid_body_sim.physics.errors import InvalidModel, SimulationDiverged
 
-    STOP.stage = WORKING
     try:
-        return module.run(known)
+        known = parser.parse_args(own)
+        known.ros_arguments = for_ros
+        STOP.stage = WORKING
+        code = module.run(known)
+        sys.stdout.flush()  # where it is full, that is said here, and not when Python ends
+        return code
+    except OutputFull as error:
+        _leave_output()
+        return _fail(verb, str(error), 1)
     except (UserError, RunError) as error:
         return _fail(verb, str(error), error.exit_code)
     except InvalidModel as error:
@@ -109,7 +118,7 @@ def _run_verb(verb: str, words: Sequence[str]) -> int:
     except ModuleNotFoundError as error:  # of what is imported where it is needed
         return _fail_without(verb, error)
     except BrokenPipeError:  # whoever read our output has seen enough
-        sys.stdout = open(os.devnull, 'w')  # noqa: PTH123, SIM115  (until the process ends)
+        _leave_output()
         return 0
     except Stopped as stopped:
         say(f'rigid_body_sim {verb}: stopped by {STOP.name} {stopped}')
@@ -118,6 +127,24 @@ def _run_verb(verb: str, words: Sequence[str]) -> int:
         return _fail(verb, str(error), 1)
     except MemoryError:
         return _fail(verb, 'out of memory; take fewer bodies, or a shorter or rarer output', 1)
+
+
+def _leave_output() -> None:
+    """Let nothing more be written to standard output, not even when the process ends."""
+    sys.stdout = open(os.devnull, 'w')  # noqa: PTH123, SIM115  (until the process ends)
+
+
+def _show(text: str) -> int:
+    """Print what was asked for; returns the exit code."""
+    try:
+        print(text, flush=True)
+    except BrokenPipeError:
+        _leave_output()
+    except OSError as error:
+        _leave_output()
+        say(f'rigid_body_sim: error: {not_written(error)}')
+        return 1
+    return 0
 
 
 def _fail_without(verb: str, error: ModuleNotFoundError) -> int:

@@ -20,6 +20,18 @@ from typing import Any, TextIO
 _LINE_ENDS = frozenset('\n\t')
 
 
+class OutputFull(OSError):
+    """Standard output takes no more."""
+
+
+def not_written(error: OSError) -> str:
+    """Say that standard output takes no more, and what to do."""
+    return (
+        f'standard output: cannot be written ({error.strerror or error}); make room where it '
+        'goes, or send it elsewhere'
+    )
+
+
 def printable(text: str, *, keep: frozenset[str] = frozenset()) -> str:
     """Write as escapes what controls, reorders or ends lines, except what is to be kept."""
     if text.isprintable():
@@ -43,7 +55,7 @@ def clean_output() -> Iterator[None]:
     """Let standard output and standard error pass on nothing but text while a verb runs."""
     take_any_terminal()
     out, err = sys.stdout, sys.stderr
-    clean_out, clean_err = _CleanStream(out), _CleanStream(err)
+    clean_out, clean_err = _CleanOutput(out), _CleanStream(err)
     sys.stdout, sys.stderr = clean_out, clean_err  # type: ignore[assignment]  # all but by name
     try:
         yield
@@ -73,6 +85,30 @@ class _CleanStream:
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._stream, name)
+
+
+class _CleanOutput(_CleanStream):
+    """Standard output; where it is full, that is said of it: OutputFull."""
+
+    def write(self, text: str) -> int:
+        """Write text."""
+        with _taken():
+            return super().write(text)
+
+    def flush(self) -> None:
+        """Hand everything written so far on."""
+        with _taken():
+            self._stream.flush()
+
+
+@contextmanager
+def _taken() -> Iterator[None]:
+    try:
+        yield
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        raise OutputFull(not_written(error)) from error
 
 
 class NoBar:

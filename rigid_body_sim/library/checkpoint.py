@@ -28,7 +28,7 @@ from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.simulation import Simulation
-from rigid_body_sim.recording.new_output import check_folder
+from rigid_body_sim.recording.new_output import check_folder, not_written
 from rigid_body_sim.runs.manifest_values import ManifestValues
 from rigid_body_sim.runs.recorder import TICK_SEMANTICS, held_as_json
 from rigid_body_sim.scene import load_scene
@@ -84,7 +84,7 @@ def write(simulation: Simulation, path: str | os.PathLike[str]) -> None:
         new.write_bytes(whole)
         os.replace(new, place)  # noqa: PTH105  (says what it does)
     except OSError as error:
-        raise UserError(f'{place}: cannot be written: {error.strerror or error}') from error
+        raise not_written(place, error, 'make room, or choose another place') from error
     finally:
         new.unlink(missing_ok=True)
 

@@ -85,6 +85,7 @@ class BagWriter:
         self._message_layouts: dict[tuple[str, int], TickLayout] = {}
         self._checked: list[tuple[Topic, ...]] = []
         self._safe_tick = 0
+        self._is_derived = DERIVED_BY in manifest
         self._failure: RunError | None = None
         self._closed = False
         self._stream = bag_directory.open_file(bag_directory.create(self.path))
@@ -266,9 +267,11 @@ class BagWriter:
         )
 
     def _failed(self, error: OSError) -> RunError:
-        self._failure = RunError(
-            f'{self.path}: writing failed ({error.strerror}); '
-            f'ticks up to {self._safe_tick} are safe; '
-            f'make room, then restore them with: bag recover {self.path} -o NEW'
-        )
+        told = 'nothing in it is of use; make room, remove it, and begin again'
+        if self._safe_tick and not self._is_derived:
+            told = (
+                f'ticks up to {self._safe_tick} are safe; '
+                f'make room, then restore them with: bag recover {self.path} -o NEW'
+            )
+        self._failure = RunError(f'{self.path}: writing failed ({error.strerror}); {told}')
         return self._failure

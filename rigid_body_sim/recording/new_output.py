@@ -7,14 +7,16 @@ something is written beside it first.
 
 from __future__ import annotations
 
+import errno
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from rigid_body_sim.errors import UserError
+from rigid_body_sim.errors import RunError, UserError
 
 LONGEST_SHOWN = 200  # [-] letters of a path that a message shows
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)  # the disk, and not the path
 
 
 def check_new(path: Path) -> None:
@@ -36,7 +38,7 @@ def check_folder(path: Path) -> None:
 def replacing(path: Path) -> Iterator[Path]:
     """
     Give a path beside another, which takes its place when all is written; until then what is there
-    stays. UserError, with the path, for what cannot be written.
+    stays. With the path, RunError where there is no room, UserError for what cannot be written.
     """
     check_folder(path)
     new = path.with_name(f'.{path.name}.{os.getpid()}.part')
@@ -44,12 +46,17 @@ def replacing(path: Path) -> Iterator[Path]:
         yield new
         os.replace(new, path)  # noqa: PTH105  (says what it does)
     except OSError as error:
-        raise UserError(
-            f'{_shown(path)}: cannot be written: {error.strerror or error}; what was there before '
-            'is as it was; make room, or choose another place'
+        raise not_written(
+            path, error, 'what was there before is as it was; make room, or choose another place'
         ) from error
     finally:
         new.unlink(missing_ok=True)
+
+
+def not_written(path: Path, error: OSError, cure: str) -> RunError | UserError:
+    """Say that a path cannot be written: that the disk is full is no error of who named it."""
+    kind = RunError if error.errno in FULL else UserError
+    return kind(f'{_shown(path)}: cannot be written: {error.strerror or error}; {cure}')
 
 
 def is_taken(path: Path) -> bool:

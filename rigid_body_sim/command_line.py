@@ -1,0 +1,47 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The words behind a verb: what is misspelt is named, with the nearest that there is."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from typing import Any, NoReturn
+
+
+class CommandLine(argparse.ArgumentParser):
+    """
+    A parser that asks about options and choices that there are none of before anything else: what
+    is misspelt is not there, and would be missed first. Parsers of the actions of a verb do, too.
+    """
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Refuse an unknown option, or read the words as `argparse` does."""
+        if self._subparsers is None:  # each action has a parser of its own, with its own options
+            self._check_options(() if args is None else args)
+        return super().parse_known_args(args, namespace)
+
+    def print_help(self, file: Any = None) -> None:
+        """Print the help; a full disk is an error here, too."""
+        print(self.format_help(), end='', file=file, flush=True)
+
+    def _check_options(self, words: Sequence[str]) -> None:
+        known = [*self._option_string_actions]
+        for word in words:
+            name = word.partition('=')[0]
+            if word == '--':
+                return
+            if name.startswith('--') and not any(option.startswith(name) for option in known):
+                self._refuse('option', name, [option for option in known if option[1] == '-'])
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        """Name the nearest of the choices, as for every other name in this package."""
+        if action.choices is not None and value not in action.choices:
+            self._refuse(action.dest, value, [*map(str, action.choices)])
+
+    def _refuse(self, what: str, word: str, known: Sequence[str]) -> NoReturn:
+        from rigid_body_sim.physics.errors import choose_from  # only for who made a slip
+        from rigid_body_sim.physics.model.numbers import shown
+
+        cure = choose_from(word, known)
+        self.exit(2, f'{self.prog}: error: unknown {what} {shown(word)}{cure}\n')

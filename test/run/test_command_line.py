@@ -1,0 +1,95 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Words behind a verb that there are none of, and outputs that are full: one line that says what and
+what to do.
+"""
+
+import errno
+import os
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+
+from rigid_body_sim.__main__ import VERBS, main
+from rigid_body_sim.recording.mcap_file import McapFile
+
+NODE_VERBS = ('sim_node', 'wrench_pub', 'view')  # want ROS, or matplotlib
+
+
+def refused(words, capsys):
+    """Return the one line with which words are refused."""
+    with pytest.raises(SystemExit) as stopped:
+        main(words)
+    assert stopped.value.code == 2
+    out, err = capsys.readouterr()
+    assert out == '' and err.count('\n') == 1
+    return err
+
+
+@pytest.mark.parametrize(
+    ('words', 'said'),
+    [
+        ('simulate box --integrater rk4', "simulate: error: unknown option '--integrater'; did "),
+        ('simulate box --durations 3', "'--durations'; did you mean '--duration'? allowed: --h"),
+        ('simulate box -o b --duraton=3', "'--duraton'; did you mean '--duration'? allowed: --"),
+        ('bag chekc x', "unknown action 'chekc'; did you mean 'check'? allowed: info, check, rec"),
+        ('bag check --jsno x', "bag check: error: unknown option '--jsno'; did you mean '--json'"),
+        ('sweep box --zzz 3', "unknown option '--zzz'; allowed: --help, --vary, "),
+    ],
+)
+def test_a_misspelt_word_is_named_with_the_nearest_there_is(words, said, capsys):
+    assert said in refused(words.split(), capsys)
+
+
+@pytest.mark.parametrize('verb', sorted(VERBS.keys() - set(NODE_VERBS)))
+def test_every_verb_names_its_options(verb, capsys):
+    words = [verb, 'info'] if verb == 'bag' else [verb]
+    assert "unknown option '--jsonn'" in refused([*words, '--jsonn'], capsys)
+
+
+def test_an_option_may_be_shortened_and_a_name_may_begin_with_dashes(capsys, tmp_path):
+    assert main(['inspect', 'two_bodies', '--js']) == 0
+    assert capsys.readouterr().out.startswith('{')
+    assert main(['inspect', '--', '--box']) == 2  # no such file, and no such option asked for
+    assert 'unknown option' not in capsys.readouterr().err
+
+
+@pytest.mark.skipif(not Path('/dev/full').exists(), reason='no /dev/full here')
+@pytest.mark.parametrize(
+    'words', ['list scenes', 'inspect two_bodies', 'simulate --help', '--version', '--help']
+)
+def test_a_full_standard_output_is_named(words, capsys, monkeypatch):
+    with open('/dev/full', 'w', buffering=1) as full:  # noqa: PTH123  (no file is made)
+        monkeypatch.setattr('sys.stdout', full)
+        assert main(words.split()) == 1
+        monkeypatch.undo()
+        assert capsys.readouterr().err.partition('error: ')[2] == (
+            'standard output: cannot be written (No space left on device); make room where it '
+            'goes, or send it elsewhere\n'
+        )
+        with suppress(OSError):  # what it still holds
+            full.close()
+
+
+def no_room(*_arguments):
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+def test_a_table_on_a_full_disk_ends_with_1_as_a_run_does(tmp_path, capsys, monkeypatch):
+    bag = tmp_path / 'bag'
+    assert main(['simulate', 'two_bodies', '--duration', '0.1', '-o', str(bag)]) == 0
+    with monkeypatch.context() as patch:
+        patch.setattr('os.replace', no_room)
+        assert main(['export', str(bag), '-o', str(tmp_path / 'x.csv')]) == 1
+    assert 'x.csv: cannot be written: No space left on device; ' in capsys.readouterr().err
+    assert main(['export', str(bag), '-o', str(tmp_path / 'none' / 'x.csv')]) == 2
+    capsys.readouterr()
+    with monkeypatch.context() as patch:
+        patch.setattr(McapFile, 'write_chunk', no_room)
+        assert main(['inverse', str(bag), '-o', str(tmp_path / 'inv')]) == 1
+    assert capsys.readouterr().err == (
+        f'rigid_body_sim inverse: error: {tmp_path / "inv"}: writing failed (No space left on '
+        'device); nothing in it is of use; make room, remove it, and begin again\n'
+    )
