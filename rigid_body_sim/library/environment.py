@@ -81,7 +81,7 @@ class BodyEnv(Env):
         reward: Reward = turning_less,
         terminated: Callable[[StateOfBody], bool] = lambda _state: False,
         start: Start | None = None,
-        integrator: str | None = None,
+        integrator: str | Mapping[str, Any] | None = None,
     ) -> None:
         told = dict(locals())
         del told['self']

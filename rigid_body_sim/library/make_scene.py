@@ -113,7 +113,7 @@ def make_scene(
     dt: float = 0.001,
     name: str = 'scene',
     gravity: Sequence[float] = NOWHERE,
-    integrator: str = Scene.integrator,
+    integrator: str | Mapping[str, Any] = Scene.integrator,
     integrator_options: Mapping[str, Any] | None = None,
     contact: Mapping[str, Any] | None = None,
 ) -> Scene:
@@ -124,10 +124,14 @@ def make_scene(
     forces  : Spring, Drag, Constant, TimeTable, Bumper, Gravity
     dt      : [s] tick length, a whole number of nanoseconds
     gravity : (3,) [m/s^2] world
+    integrator : its name, or with its options: {'name': 'rk45', 'rtol': 1e-9}
     contact : such as {'mode': 'timestep'}; None: bodies pass through each other
 
     Raises InvalidModel with the path of what is wrong.
     """
+    from rigid_body_sim.physics.integration.choose import name_and_options  # slow to import
+
+    integrator, integrator_options = name_and_options(integrator, integrator_options)
     scene = Scene(
         name=name,
         dt_ns=tick_nanoseconds(dt),

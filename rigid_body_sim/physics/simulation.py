@@ -54,7 +54,7 @@ from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.physics.model.body_axis import moment_of_body
 from rigid_body_sim.physics.model.numbers import shown
 from rigid_body_sim.physics.model.scene import Scene, Vector
-from rigid_body_sim.physics.model.tick_length import tick_nanoseconds, whole_ticks
+from rigid_body_sim.physics.model.tick_length import LONGEST_NS, tick_nanoseconds, whole_ticks
 from rigid_body_sim.physics.model.variable_mass import end_of_mass, mass_at
 from rigid_body_sim.physics.state.contacts import Contacts
 from rigid_body_sim.physics.state.impacts import Impacts
@@ -74,9 +74,10 @@ class Simulation:
     One run of one scene.
 
     scene      : what `rigid_body_sim.load_scene` returns
-    integrator : name in `integration.integrators.INTEGRATORS`; None: the scene's
-    integrator_options : its options by name; None: those of the scene if the integrator is the
-                         scene's, else defaults
+    integrator : name in `integration.integrators.INTEGRATORS`, or with its options, as scene files
+                 have it: {'name': 'rk45', 'rtol': 1e-9}; None: the scene's
+    integrator_options : its options by name, where they are not in `integrator`; None: those of
+                         the scene if the integrator is the scene's, else defaults
     dt         : [s] a whole number of nanoseconds; None: the scene's
     progress   : called with a short text while `auto` chooses
 
@@ -96,7 +97,7 @@ class Simulation:
         self,
         scene: Scene,
         *,
-        integrator: str | None = None,
+        integrator: str | Mapping[str, Any] | None = None,
         integrator_options: Mapping[str, Any] | None = None,
         dt: float | None = None,
         progress: Callable[[str], None] | None = None,
@@ -106,6 +107,7 @@ class Simulation:
         self._scene = scene
         self._dt_ns = scene.dt_ns if dt is None else tick_nanoseconds(dt)
         self._dt = self._dt_ns / 1e9
+        self._last_tick = LONGEST_NS // self._dt_ns
         self._integrator, plan = choose.resolve(
             scene,
             integrator,
@@ -304,18 +306,24 @@ class Simulation:
             progress('reading states')
         _ = self.state
 
+    def _too_late(self, ticks: object) -> InvalidModel:
+        return InvalidModel(
+            f'step: {shown(ticks)} ticks from tick {self.tick}; allowed: up to tick '
+            f'{self._last_tick}, {LONGEST_NS / 1e9:.3g} s; take fewer ticks'
+        )
+
     def step(self, ticks: int = 1) -> None:
         """
         Advance by whole ticks.
 
         ticks : 0 or more; of seconds, round(seconds / dt)
 
-        Raises InvalidModel for anything but a whole number of at least 0, SimulationBusy while a
-        step is under way in another thread, SimulationDiverged when a state leaves the finite
-        numbers; `tick` and `state` are then the last good ones. After KeyboardInterrupt, which may
-        come at any moment, they belong together too: whole chunks of ticks are counted (1000
-        ticks; fewer where many bodies meet), the rest is put back, and `contacts` are none until
-        the next tick.
+        Raises InvalidModel for anything but a whole number of at least 0, and for times beyond 64
+        bits of nanoseconds, SimulationBusy while a step is under way in another thread,
+        SimulationDiverged when a state leaves the finite numbers; `tick` and `state` are then the
+        last good ones. After KeyboardInterrupt, which may come at any moment, they belong together
+        too: whole chunks of ticks are counted (1000 ticks; fewer where many bodies meet), the rest
+        is put back, and `contacts` are none until the next tick.
         """
         stepper, me, stepping = self._stepper, get_ident(), self._stepping
         try:
@@ -325,6 +333,8 @@ class Simulation:
                 self._return()
             tick, watch, held = stepper.tick, self._watch, self._held
             end = tick + (ticks if ticks.__class__ is int and ticks >= 0 else _whole(ticks))
+            if end > self._last_tick:
+                raise self._too_late(ticks)
             if stepper.contact is not None:
                 stepper.forget_impacts()
             while tick < end:

@@ -122,6 +122,35 @@ def test_what_no_physics_can_honour_is_refused(make, reason):
         make()
 
 
+def test_an_integrator_may_come_with_its_options_as_in_a_scene_file():
+    told = {'name': 'rk45', 'rtol': 1e-9}
+    scene = rbs.make_scene([rbs.make_body('a', mass=1)], integrator=told)
+    assert (scene.integrator, scene.integrator_options) == ('rk45', {'rtol': 1e-9})
+    apart = rbs.Simulation('two_bodies', integrator='rk45', integrator_options={'rtol': 1e-9})
+    together = rbs.Simulation('two_bodies', integrator=told)
+    assert together.integrator.name == 'rk45'
+    assert together.integrator.settings == apart.integrator.settings
+    assert told == {'name': 'rk45', 'rtol': 1e-9}
+    for wrong, reason in (
+        ({'name': 'rk45', 'rtoll': 1e-9}, "no option 'rtoll'; did you mean 'rtol'"),
+        ({'name': 'rk46'}, "'rk46' is unknown"),
+        ({'rtol': 1e-9}, 'has no name'),
+    ):
+        with pytest.raises(rbs.InvalidModel, match=reason):
+            rbs.Simulation('two_bodies', integrator=wrong)
+    with pytest.raises(rbs.InvalidModel, match='in one of the two'):
+        rbs.Simulation('two_bodies', integrator=told, integrator_options={'atol': 1e-9})
+
+
+def test_ticks_beyond_what_time_can_count_are_refused():
+    sim = rbs.Simulation('two_bodies')
+    sim.step(3)
+    for ticks in (10**30, 2**62, np.int64(2**62), 9_223_372_036_852):
+        with pytest.raises(rbs.InvalidModel, match='allowed: up to tick 9223372036854, '):
+            sim.step(ticks)
+    assert sim.tick == 3
+
+
 def test_a_scene_of_records_runs_saves_and_comes_back(tmp_path):
     ball = rbs.make_body('ball', mass=0.5, position=(1, 0, 0))
     scene = rbs.make_scene([ball], [rbs.Spring('ball', 'world', stiffness=50)], name='swing')

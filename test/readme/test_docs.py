@@ -10,6 +10,7 @@ a block of Python is a program. Blocks of `text` are shown only.
 
 from __future__ import annotations
 
+import importlib
 import re
 import shlex
 import subprocess
@@ -19,8 +20,10 @@ from pathlib import Path
 import pytest
 
 import rigid_body_sim
-from rigid_body_sim.__main__ import main
+from rigid_body_sim.__main__ import VERBS, _split, main
+from rigid_body_sim.command_line import CommandLine
 from rigid_body_sim.scene import load_scene
+from rigid_body_sim.scene.shipped_scenes import shipped_scenes
 
 from ..patience import HANGING
 
@@ -109,6 +112,43 @@ def test_what_a_page_shows_runs(name, tmp_path, monkeypatch, capsys):
                 assert main(words[3:]) == 0, capsys.readouterr()
                 ran += 1
     assert ran, f'{name} shows nothing that runs'
+
+
+def commands_shown():
+    """Yield page, verb and words of the commands in all blocks, but those with gaps in them."""
+    for page in [ROOT / 'README.md', *DOCS.rglob('*.md')]:
+        for language, text in BLOCK.findall(page.read_text(encoding='utf-8')):
+            if language not in ('', 'sh', 'bash', 'text', 'console'):
+                continue
+            for line in re.sub(r'\\\n', ' ', text).splitlines():
+                found = re.match(
+                    r'(?:\$ )?(?:\w+=\S+ )*(?:python -m |ros2 run )?rigid_body_sim (\w+) (.*)',
+                    line,
+                )
+                if found and found[1] in VERBS and not re.search('[…[<|]', found[2]):
+                    yield page.name, found[1], shlex.split(found[2], comments=True)
+
+
+def test_commands_name_options_and_scenes_that_there_are():
+    """A page may name `warm_up stack rain`, and nobody notices that there is no rain any more."""
+    scenes, seen, lost = shipped_scenes(), 0, []
+    for page, verb, words in commands_shown():
+        parser = CommandLine(prog=verb)
+        importlib.import_module(f'rigid_body_sim.verbs.{verb}').add_arguments(parser)
+        own, for_ros = _split(words)
+        try:
+            asked = vars(parser.parse_args(own))
+        except SystemExit:
+            lost.append(f'{page}: {verb} {" ".join(words)}')
+            continue
+        named = asked.get('scene')
+        named = [*named] if isinstance(named, list) else [named]
+        named += [word.partition(':=')[2] for word in for_ros if word.startswith('scene:=')]
+        for scene in named:
+            seen += scene is not None
+            if scene and str(scene).isidentifier() and str(scene) not in scenes:
+                lost.append(f'{page}: {verb} {" ".join(words)}: no scene {scene}')
+    assert not lost and seen > 20
 
 
 def test_no_line_of_the_readme_is_too_long_for_a_terminal():

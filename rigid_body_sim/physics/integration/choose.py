@@ -152,7 +152,7 @@ class Plan:
 
 def resolve(
     scene: Scene,
-    name: str | None,
+    name: str | Mapping[str, Any] | None,
     given: Mapping[str, Any] | None,
     *,
     dt_ns: int,
@@ -163,7 +163,7 @@ def resolve(
     """
     Find the integrator that a user asked for, with its options; choose it for `auto`.
 
-    name  : None: the scene's
+    name  : alone or with its options, see `name_and_options`; None: the scene's
     given : options; None: those of the scene if the integrator is the scene's, else the defaults
     pilot    : runs the beginning of the scene for `auto`
     fastest  : gives the largest rate of its springs and dampers [1/s]
@@ -171,6 +171,7 @@ def resolve(
 
     Raises InvalidModel for an unknown integrator or option, and for one that refuses the scene.
     """
+    name, given = name_and_options(name, given)
     name = scene.integrator if name is None else name
     _need_name(name, (*INTEGRATORS, NAME))
     if given is None:
@@ -196,6 +197,27 @@ def resolve(
             f'integrator {name!r} refuses the scene {scene.name!r}: {refusal}', at=('integrator',)
         )
     return integrator, plan
+
+
+def name_and_options(
+    name: str | Mapping[str, Any] | None, given: Mapping[str, Any] | None
+) -> tuple[Any, Mapping[str, Any] | None]:
+    """Part {'name': 'rk45', 'rtol': 1e-9}, as scene files have it; what is no mapping stays."""
+    if not isinstance(name, Mapping):
+        return name, given
+    if given is not None:
+        raise InvalidModel(
+            f'integrator_options: got {shown(given)} beside the integrator {shown(name)}; give '
+            'the options in one of the two',
+            at=('integrator',),
+        )
+    options = dict(name)
+    if 'name' not in options:
+        raise InvalidModel(
+            f"integrator {shown(name)} has no name; needed: {{'name': 'rk45', …}} or a name",
+            at=('integrator',),
+        )
+    return options.pop('name'), options
 
 
 def integrator_of(name: str, given: Mapping[str, Any]) -> Integrator:

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from rigid_body_sim.physics.errors import InvalidModel
+from rigid_body_sim.physics.errors import InvalidModel, choose_from
 from rigid_body_sim.physics.model.numbers import shown
 
 
@@ -58,10 +58,8 @@ def checked(
     """
     for name in given:
         if name not in options:
-            allowed = ', '.join(options) or 'none'
-            raise InvalidModel(
-                f'integrator {integrator!r} has no option {shown(name)}; allowed: {allowed}'
-            )
+            cure = choose_from(name, options) if options else '; allowed: none'
+            raise InvalidModel(f'integrator {integrator!r} has no option {shown(name)}{cure}')
     return {
         name: option.checked(name, given.get(name, option.default))
         for name, option in options.items()
