@@ -123,8 +123,11 @@ def _run_verb(verb: str, words: Sequence[str]) -> int:
     except Stopped as stopped:
         say(f'rigid_body_sim {verb}: stopped by {STOP.name} {stopped}')
         return STOP.exit_code
-    except (SimulationDiverged, OSError) as error:
+    except SimulationDiverged as error:
         return _fail(verb, str(error), 1)
+    except OSError as error:
+        named = error.filename is not None and error.strerror
+        return _fail(verb, f'{error.filename}: {error.strerror}' if named else str(error), 1)
     except MemoryError:
         return _fail(verb, 'out of memory; take fewer bodies, or a shorter or rarer output', 1)
 

@@ -9,11 +9,22 @@ from collections.abc import Sequence
 from typing import Any, NoReturn
 
 
+class Paragraphs(argparse.HelpFormatter):
+    """A description keeps its paragraphs, each as wide as the terminal."""
+
+    def _fill_text(self, text: str, width: int, indent: str) -> str:
+        fill = super()._fill_text
+        return '\n\n'.join(fill(each, width, indent) for each in text.strip().split('\n\n'))
+
+
 class CommandLine(argparse.ArgumentParser):
     """
     A parser that asks about options and choices that there are none of before anything else: what
     is misspelt is not there, and would be missed first. Parsers of the actions of a verb do, too.
     """
+
+    def __init__(self, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **{'formatter_class': Paragraphs, **options})
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Refuse an unknown option, or read the words as `argparse` does."""

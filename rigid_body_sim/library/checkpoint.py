@@ -28,7 +28,7 @@ from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.simulation import Simulation
-from rigid_body_sim.recording.new_output import check_folder, not_written
+from rigid_body_sim.recording.new_output import check_folder, not_written, remove
 from rigid_body_sim.runs.manifest_values import ManifestValues
 from rigid_body_sim.runs.recorder import TICK_SEMANTICS, held_as_json
 from rigid_body_sim.scene import load_scene
@@ -86,7 +86,7 @@ def write(simulation: Simulation, path: str | os.PathLike[str]) -> None:
     except OSError as error:
         raise not_written(place, error, 'make room, or choose another place') from error
     finally:
-        new.unlink(missing_ok=True)
+        remove(new)
 
 
 def read(path: str | os.PathLike[str]) -> Mapping[str, Any]:

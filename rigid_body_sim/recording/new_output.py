@@ -10,7 +10,7 @@ from __future__ import annotations
 import errno
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from rigid_body_sim.errors import RunError, UserError
@@ -50,7 +50,13 @@ def replacing(path: Path) -> Iterator[Path]:
             path, error, 'what was there before is as it was; make room, or choose another place'
         ) from error
     finally:
-        new.unlink(missing_ok=True)
+        remove(new)
+
+
+def remove(path: Path) -> None:
+    """Take away what was begun, if it was; a disk that cannot be written says more than that."""
+    with suppress(OSError):
+        path.unlink(missing_ok=True)
 
 
 def not_written(path: Path, error: OSError, cure: str) -> RunError | UserError:

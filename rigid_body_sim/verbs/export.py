@@ -39,7 +39,6 @@ WRITERS = {'.csv': tables.write_csv, '.parquet': tables.write_parquet}
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare `export BAG -o FILE.csv|FILE.parquet`."""
-    parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.add_argument('bag', metavar='BAG', help='bag directory or .mcap file')
     parser.add_argument(
         '-o',

@@ -13,7 +13,9 @@ from pathlib import Path
 import pytest
 
 from rigid_body_sim.__main__ import VERBS, main
+from rigid_body_sim.errors import UserError
 from rigid_body_sim.recording.mcap_file import McapFile
+from rigid_body_sim.recording.new_output import replacing
 
 NODE_VERBS = ('sim_node', 'wrench_pub', 'view')  # want ROS, or matplotlib
 
@@ -71,6 +73,29 @@ def test_a_full_standard_output_is_named(words, capsys, monkeypatch):
         )
         with suppress(OSError):  # what it still holds
             full.close()
+
+
+def test_help_keeps_its_paragraphs_and_the_width_of_the_terminal(capsys, monkeypatch):
+    monkeypatch.setenv('COLUMNS', '60')
+    for verb in sorted(VERBS.keys() - set(NODE_VERBS)):
+        with pytest.raises(SystemExit):
+            main([verb, '--help'])
+        lines = capsys.readouterr().out.splitlines()
+        assert max(map(len, lines)) <= 60, verb
+        assert verb != 'export' or lines.count('') > 4
+
+
+@pytest.mark.parametrize('name', ['x.csv', 'x.html'])
+def test_what_cannot_be_taken_away_hides_no_cause(name, tmp_path, monkeypatch):
+    def read_only(path, *_arguments, **_options):
+        raise OSError(errno.EROFS, os.strerror(errno.EROFS), str(path))
+
+    monkeypatch.setattr(Path, 'unlink', read_only)
+    with (
+        pytest.raises(UserError, match=f'{name}: cannot be written: Read-only file system; '),
+        replacing(tmp_path / name) as new,
+    ):
+        read_only(new)
 
 
 def no_room(*_arguments):
