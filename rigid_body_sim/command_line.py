@@ -26,7 +26,9 @@ class CommandLine(argparse.ArgumentParser):
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **{'formatter_class': Paragraphs, **options})
 
-    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+    def parse_known_args(  # pyright: ignore[reportIncompatibleMethodOverride]  # overloads
+        self, args: Any = None, namespace: Any = None
+    ) -> Any:
         """Refuse an unknown option, or read the words as `argparse` does."""
         if self._subparsers is None:  # each action has a parser of its own, with its own options
             self._check_options(() if args is None else args)

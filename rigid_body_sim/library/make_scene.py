@@ -131,13 +131,13 @@ def make_scene(
     """
     from rigid_body_sim.physics.integration.choose import name_and_options  # slow to import
 
-    integrator, integrator_options = name_and_options(integrator, integrator_options)
+    method, options = name_and_options(integrator, integrator_options)
     scene = Scene(
         name=name,
         dt_ns=tick_nanoseconds(dt),
         bodies=tuple(bodies),
-        integrator=integrator,
-        integrator_options=dict(integrator_options or {}),
+        integrator=method,
+        integrator_options=dict(options or {}),
         gravity=_vector('gravity', gravity, 'm/s^2'),
         forces=tuple(forces),
         contact=dict(contact or {'mode': 'none'}),

@@ -84,8 +84,8 @@ class Simulation(physics.Simulation):
 
         It holds the scene with its files, the state, what contacts and integrator remember, and
         what is held. A file that exists is replaced, as a whole or not at all. Raises UserError
-        where it cannot be written, InvalidModel for a scene made in Python that no scene file can
-        say.
+        where it cannot be written, RunError where there is no room, InvalidModel for a scene made
+        in Python that no scene file can say.
         """
         from rigid_body_sim.library.checkpoint import write
 

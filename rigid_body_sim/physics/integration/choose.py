@@ -171,30 +171,31 @@ def resolve(
 
     Raises InvalidModel for an unknown integrator or option, and for one that refuses the scene.
     """
-    name, given = name_and_options(name, given)
-    name = scene.integrator if name is None else name
-    _need_name(name, (*INTEGRATORS, NAME))
+    asked, given = name_and_options(name, given)
+    method = scene.integrator if asked is None else asked
+    _need_name(method, (*INTEGRATORS, NAME))
     if given is None:
-        given = scene.integrator_options if name == scene.integrator else {}
+        given = scene.integrator_options if method == scene.integrator else {}
     _need_options(given)
     plan = None
-    if name == NAME:
-        asked = configured(given)
+    if method == NAME:
+        settings = configured(given)
         plan = _Choosing(
             scene,
             dt_ns=dt_ns,
             pilot=pilot,
             fastest=fastest,
             say=progress or _silent,
-            tolerance=asked['tolerance'],
-            horizon=asked['horizon'] if 'horizon' in given else None,
+            tolerance=settings['tolerance'],
+            horizon=settings['horizon'] if 'horizon' in given else None,
         ).plan()
-        name, given = plan.choice.name, plan.choice.options
-    integrator = integrator_of(name, given)
+        method, given = plan.choice.name, plan.choice.options
+    integrator = integrator_of(method, given)
     refusal = integrator.refuses(scene)
     if refusal is not None:
         raise InvalidModel(
-            f'integrator {name!r} refuses the scene {scene.name!r}: {refusal}', at=('integrator',)
+            f'integrator {method!r} refuses the scene {scene.name!r}: {refusal}',
+            at=('integrator',),
         )
     return integrator, plan
 
