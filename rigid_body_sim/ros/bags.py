@@ -24,7 +24,8 @@ class Bags:
 
     asked : path of the first bag; later ones get _2, _3 and so on; None: a name with date and time
     path  : the open bag, or the last one; None if there was none
-    torn  : whether the last one has no ending, because the run failed inside a tick
+    torn  : whether the last one has no ending, because the run failed inside a tick or the disk
+            took no more
     """
 
     def __init__(self, run: Run, asked: Path | None) -> None:
@@ -62,6 +63,7 @@ class Bags:
         """Close the open bag, if there is one; RunError if it could not be finished."""
         recorder, self._recorder = self._recorder, None
         if recorder is not None:
+            self.torn = True
             recorder.close(reason)
             self.torn = recorder.is_torn
 

@@ -86,7 +86,8 @@ class RunLoop:
     lockstep : how it waits for answers; None: time runs by itself
 
     The states where it begins, at t = 0 or at a reset, are published before the first tick; while
-    it is paused there, again every second, for whoever came later.
+    it is paused there, again every second, for whoever came later. A reset while a bag is open
+    closes it and begins the next, whoever asked for the recording.
     """
 
     def __init__(
@@ -101,7 +102,6 @@ class RunLoop:
         factor: float,
         stop_time: float,
         paused: bool,
-        rerecord: bool,
         lockstep: LockstepTurns | None = None,
     ) -> None:
         self.stop = False
@@ -115,7 +115,6 @@ class RunLoop:
         self._report = report
         self._report_period = round(report_period * 1e9)
         self._paused = paused
-        self._rerecord = rerecord
         self._pace = Pace()
         self._steps: Steps | None = None
         self._start: tuple[Batch, ...] = ()
@@ -466,7 +465,6 @@ class RunLoop:
         said = f'reset at {self._where()}; time goes on'
         if recorded:
             said += f'; closed {self._bags.path}'
-        if recorded and self._rerecord:
             begun = self._begin_bag()
             said += f'; {begun.message}'
             if not begun.granted:

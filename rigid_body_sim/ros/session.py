@@ -149,17 +149,24 @@ def _serve(node: SimNode, run: Run, context: Context) -> Ending:
     ending = _spin(node, loop, context, more)
     if turns is not None:
         turns.close()
-    log.info(f'{ending.reason}: {node.last_words()}')
-    if bags.path is not None:
-        log.info(f'recorded: {bags.path}{_unfinished(bags.path) if bags.torn else ""}')
+    _say_the_end(node, ending, bags)
     return ending
 
 
-def _unfinished(path: Path) -> str:
-    return (
-        ', up to the tick in which the run failed and without an ending; restore it with: bag '
-        f'recover {path} -o NEW'
-    )
+def _say_the_end(node: SimNode, ending: Ending, bags: Bags) -> None:
+    """Sum the run up; as an error, with its reason, where it failed."""
+    log, words = node.get_logger(), node.last_words()
+    if ending.problem is None:
+        log.info(f'{ending.reason}: {words}')
+    else:
+        log.error(f'{ending.reason}: {" ".join(str(ending.problem).split())}; {words}')
+    if bags.path is not None and bags.torn:
+        log.error(
+            f'recorded in part: {bags.path}, without an ending, as the run failed before it could '
+            f'be written; restore it with: bag recover {bags.path} -o NEW'
+        )
+    elif bags.path is not None:
+        log.info(f'recorded: {bags.path}')
 
 
 def _make_node(words: Sequence[str], context: Context) -> SimNode:
@@ -300,7 +307,6 @@ def _make_loop(
         factor=settings.real_time_factor,
         stop_time=settings.stop_time,
         paused=settings.start_paused,
-        rerecord=settings.record,
         lockstep=turns,
     )
 

@@ -150,6 +150,25 @@ def test_a_reset_ends_the_bag_and_begins_another(start_node, meet, run_verb):
     assert replayed(run_verb, second.path)['identical']
 
 
+def test_what_a_service_began_to_record_is_recorded_behind_a_reset_too(start_node, meet, run_verb):
+    node = start_node(record_path='run', start_paused='true', step_count=25)
+    peer = meet(node)
+    assert 'recording to run from' in peer.switch('record', True).message
+    assert peer.trigger('step').success
+    answer = peer.trigger('reset').message
+    assert 'closed run;' in answer
+    assert answer.endswith('recording to run_2')
+    assert peer.trigger('step').success
+    assert peer.switch('record', False).message == 'closed run_2'
+    assert 'recording' not in peer.trigger('reset').message  # the wish has ended
+    assert peer.switch('record', False).message == 'already not recording'
+    assert node.stop() == 0
+    assert sorted(path.name for path in node.folder.glob('run*')) == ['run', 'run_2']
+    second = Bag(node.folder / 'run_2')
+    assert (second.manifest['first_tick'], second.ending['last_tick']) == ('25', '50')
+    assert replayed(run_verb, second.path)['identical']
+
+
 def test_a_reset_goes_on_where_the_next_bag_cannot_be_made(start_node, meet, run_verb):
     folder = 'b' * 248  # the names of the next bag and of the file in it are too long
     node = start_node(record='true', record_path=folder, start_paused='true', step_count=25)
@@ -238,8 +257,14 @@ def test_a_full_disk_ends_the_run_with_1_and_says_what_is_safe(start_node):
 
     node = start_node(record='true', record_path='full', real_time_factor=0.0, preexec=small_files)
     assert node.wait() == 1
-    last = node.said.strip().splitlines()[-1]
+    summary, bag, last = node.said.strip().splitlines()[-3:]
     assert 'are safe' in last
+    assert summary.startswith('[ERROR]')
+    assert 'error: full: writing failed' in summary  # why, and how far it came
+    assert ' ticks, ' in summary
+    assert bag.startswith('[ERROR]')
+    assert 'recorded in part: full, without an ending' in bag
+    assert 'bag recover full -o NEW' in bag
     assert 'Traceback' not in node.said
 
 
