@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """
 The energy balance of a run as it goes: looks at publish ticks, a history of them, and a warning
-while a passive scene gains.
+while a passive scene gains, or where the numbers end.
 
 Looks depend on ticks alone, so that a replay finds the same numbers to the bit. They are made at
 every publish tick at first; when the history is full, every second row of it goes, and from then
@@ -13,7 +13,8 @@ energy at any.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Mapping
 from dataclasses import asdict
 
 import numpy as np
@@ -28,6 +29,7 @@ from rigid_body_sim.physics.simulation import Simulation
 ROWS = 256  # of the history: more than a picture shows
 COLUMNS = ('time', 'change', 'work_of_commands', 'work_of_drives', 'dissipation', 'contact',
            'defect')  # fmt: skip
+TERMS = COLUMNS[1:]  # of the equation [J]
 
 
 class EnergyLog:
@@ -55,6 +57,7 @@ class EnergyLog:
         self._stride = 1
         self._gain = 0.0  # at the last look [J]
         self._warned_of: set[bool] = set()  # whether it stood in springs
+        self._has_numbers = True
         self.history: list[tuple[float, ...]] = []
         self._look()
 
@@ -81,7 +84,7 @@ class EnergyLog:
 
     def _look(self) -> None:
         self._simulation.look_at_energy()
-        balance = self._simulation.energy_balance()
+        balance = self.balance()
         self.history.append(self._row(balance))
         gain = balance.gain or 0.0
         if balance.gains and gain > self._gain:  # it is now that so much was gained
@@ -90,11 +93,17 @@ class EnergyLog:
 
     def _row(self, balance: EnergyBalance) -> tuple[float, ...]:
         values = asdict(balance)
-        return (self._simulation.time, *(values[name] for name in COLUMNS[1:]))
+        return (self._simulation.time, *(values[name] for name in TERMS))
 
     def balance(self) -> EnergyBalance:
-        """Draw the balance now."""
-        return self._simulation.energy_balance()
+        """Draw the balance now; warn once if it has no numbers any more."""
+        balance = self._simulation.energy_balance()
+        terms = {name: getattr(balance, name) for name in TERMS}
+        beyond = {name: joules for name, joules in terms.items() if not math.isfinite(joules)}
+        if beyond and self._has_numbers:
+            self._has_numbers = False
+            self._warn(_words_for_no_numbers(beyond, time=self._simulation.time))
+        return balance
 
     def ending(self) -> dict[str, str]:
         """Give the balance and its history as a bag keeps them."""
@@ -124,6 +133,17 @@ class EnergyLog:
                 in_springs=in_springs,
             )
         )
+
+
+def _words_for_no_numbers(beyond: Mapping[str, float], *, time: float) -> str:
+    """Warn in one line at a time [s], of terms of the balance [J] that are no numbers any more."""
+    told = ', '.join(f'{name.replace("_", " ")} {joules} J' for name, joules in beyond.items())
+    return (
+        f'the energy balance has no numbers any more by {time:g} s: {told}; a command, speed or '
+        'place is so large that its energy passes 1.8e308 J, where numbers end, and errors in the '
+        'energy are not seen from here on; look at the last commands (N, N m, N s, N m s, m, m/s) '
+        'and begin anew, with ~/reset in the node'
+    )
 
 
 def balance_json(balance: EnergyBalance) -> str:

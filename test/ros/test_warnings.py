@@ -1,6 +1,8 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""A limit of the integrator that is passed on the way: in the diagnostics and in the log."""
+"""
+Limits that are passed on the way, of the integrator and of numbers: in diagnostics and log.
+"""
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import WrenchStamped
@@ -25,5 +27,32 @@ def test_a_limit_passed_on_the_way_turns_the_diagnostics_to_warn(start_node, mee
     assert "'box' turns by h |omega| = 0.00" in status.message
     peer.until(lambda: "'box' turns by h |omega|" in node.said, 'the warning in the log')
     assert node.said.count("'box' turns by h |omega|") == 1
+    peer.node.destroy_subscription(subscription)
+    assert node.stop() == 0
+
+
+def test_an_energy_beyond_all_numbers_is_warned_of_until_a_reset(start_node, meet, messages):
+    node = start_node(diagnostics_period=0.1)
+    peer = meet(node)
+    statuses = []
+    subscription = peer.node.create_subscription(
+        DiagnosticArray, '/diagnostics', lambda message: statuses.append(message.status[0]), 10
+    )
+    beyond = 'the energy balance has no numbers any more'
+
+    def is_told():
+        return any(beyond in pair.value for pair in statuses[-1].values)
+
+    peer.until(lambda: statuses, 'diagnostics')
+    assert not is_told()
+    peer.sender('box/wrench', WrenchStamped).publish(messages.wrench((1e300, 0, 0)))
+    peer.until(is_told, 'the warning')
+    assert statuses[-1].level == DiagnosticStatus.WARN
+    assert beyond in statuses[-1].message
+    assert '~/reset' in statuses[-1].message
+    peer.until(lambda: beyond in node.said, 'the warning in the log')
+    assert node.said.count(beyond) == 1
+    assert peer.trigger('reset').success
+    peer.until(lambda: not is_told(), 'the end of the warning')
     peer.node.destroy_subscription(subscription)
     assert node.stop() == 0
