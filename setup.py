@@ -97,6 +97,7 @@ setup(
         f'{NAME}.physics.compile': ['shipped/*/*.kernel'],  # of `warm_up --bitcode`, if any
         f'{NAME}.view': ['page/*', 'vendor/*'],
         f'{NAME}.report': ['assets/*'],
+        f'{NAME}.ros': ['*.xml'],
         f'{NAME}.testing': ['*.xml'],
     },
     install_requires=[

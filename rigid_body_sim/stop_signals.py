@@ -68,6 +68,11 @@ class StopSignals:
         return NAMES.get(signal.Signals(self.number), '') if self.number else ''
 
     @property
+    def owns_process(self) -> bool:
+        """Whether this process lives for a verb alone."""
+        return self._owns_process
+
+    @property
     def exit_code(self) -> int:
         """Exit code of a verb that stopped because of it."""
         return 128 + self.number if self.quits is None else self.quits

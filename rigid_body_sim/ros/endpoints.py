@@ -7,6 +7,7 @@ for a topic, and counts the messages that the middleware says were lost on their
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from functools import partial
@@ -27,6 +28,7 @@ from rigid_body_sim.ros.listener import NotForExecutors
 from rigid_body_sim.ros.qos import MOST_WATCHED
 from rigid_body_sim.ros.qos_overrides import ALLOWED, PUBLISHER, SUBSCRIPTION, QosOverrides
 
+TELL_EVERY = 5.0  # [s] between two lines that say how many are made
 _REFUSALS = (
     InvalidParameterTypeException,
     InvalidQosOverridesError,
@@ -50,6 +52,9 @@ class Endpoints:
         self._node = node
         self._overrides = QosOverrides(given)
         self.watched = True
+        self._made = 0
+        self._asked = 0
+        self._began = self._told = 0.0
         self._lost: dict[int, int] = {}  # by subscription
         self._taken: dict[tuple[str, str], tuple[str, type]] = {}  # wire name -> own name, type
         self.claim('topic', '/rosout', Log)  # every node has these two
@@ -63,12 +68,31 @@ class Endpoints:
         """
         return sum(self._lost.values()) if self.watched else None
 
-    def watch(self, topics: int) -> None:
+    def begin(self, topics: int, bodies: int) -> None:
         """
-        Watch what is made from now on for peers that do not fit and messages that are lost; not
-        where there are too many of them.
+        Begin to make so many topics of so many bodies.
+
+        They are watched for peers that do not fit and messages that are lost, unless there are too
+        many of them; that takes long to make too, and is said.
         """
         self.watched = topics <= MOST_WATCHED
+        self._asked, self._made = topics, 0
+        self._began = self._told = time.monotonic()
+        if not self.watched:
+            self._node.get_logger().info(
+                f'making {topics} topics of {bodies} bodies, which takes a while; where they are '
+                'not all needed: body_topics:=none, or names, with publish_arrays:=true'
+            )
+
+    def _note_made(self) -> None:
+        """Count one of the topics; say now and then how far it is."""
+        self._made += 1
+        now = time.monotonic()
+        if now - self._told >= TELL_EVERY:
+            self._told = now
+            self._node.get_logger().info(
+                f'made {self._made} of {self._asked} topics, {now - self._began:.0f} s so far'
+            )
 
     def claim(self, what: str, own: str, kind: type) -> str:
         """
@@ -92,6 +116,7 @@ class Endpoints:
 
     def publisher(self, kind: type, topic: str, profile: QoSProfile) -> Publisher:
         """Publish on a topic; UserError for overrides that cannot be, or a name that is taken."""
+        self._note_made()
         name = self.claim('topic', topic, kind)
         options = self._overrides.options(name, PUBLISHER)
         events = PublisherEventCallbacks(use_default_callbacks=self.watched)
@@ -115,6 +140,7 @@ class Endpoints:
 
         must_be_reliable : refuse best effort, where the run waits for every message
         """
+        self._note_made()
         name = self.claim('topic', topic, kind)
         profile = _copy(profile)
         options = self._overrides.options(name, SUBSCRIPTION, must_be_reliable=must_be_reliable)

@@ -73,7 +73,7 @@ class SimNode(Node):
         command = qos.of_commands(self.settings.command_reliability)
         for name, kind in SERVICES.items():
             self._endpoints.claim('service', name, kind)
-        self._endpoints.watch(len(topics) + len(KINDS) * len(bodies))
+        self._endpoints.begin(len(topics) + len(KINDS) * len(bodies), len(bodies))
         publishers = {
             topic.name: self._endpoints.publisher(
                 conversions.MESSAGE_TYPES[topic.type], topic.name, state

@@ -33,6 +33,7 @@ from rigid_body_sim.ros.domain import check_domain
 from rigid_body_sim.ros.inbox import Inbox
 from rigid_body_sim.ros.lockstep import Gate, Terms
 from rigid_body_sim.ros.lockstep_turns import LockstepTurns
+from rigid_body_sim.ros.middleware import deaf_to_itself
 from rigid_body_sim.ros.node import NAME, SimNode
 from rigid_body_sim.ros.parameters import Settings
 from rigid_body_sim.ros.run_loop import Ending, RunLoop
@@ -62,8 +63,8 @@ SWITCH_INTERVAL = 5e-4  # [s] that a thread may keep the interpreter; Python's 5
 
 def run_node(words: Sequence[str]) -> None:
     """
-    Run the node to its end: stop_time, or a signal. Before it has a scene that is ready to run, a
-    signal ends the process at once.
+    Run the node to its end: stop_time, or a signal. Before it has a scene that is ready to run and
+    its topics, a signal ends the process at once.
 
     words : arguments for ROS, from --ros-args on
 
@@ -79,12 +80,11 @@ def run_node(words: Sequence[str]) -> None:
 
 
 def _session(words: Sequence[str], context: Context) -> None:
-    with _logged(NAME):
+    with _logged(NAME), deaf_to_itself(words):
         node = _make_node(words, context)
     try:
         with _logged(node.get_logger().name):
             run = _make_run(node)
-            STOP.keep()
             ending = _serve(node, run, context)
             if ending.problem is not None:
                 raise ending.problem
@@ -135,6 +135,7 @@ def _serve(node: SimNode, run: Run, context: Context) -> Ending:
     gate = _make_gate(node, run) if node.settings.step_mode == 'lockstep' else None
     bags = Bags(run, _record_path(node.settings))
     node.open_topics(run.topics, run.names, inbox, gate)
+    STOP.keep()
     if node.settings.record:
         bags.start()
     turns = _make_turns(node, run, gate) if gate is not None else None

@@ -13,9 +13,9 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import rigid_body_sim
+from rigid_body_sim.ros.middleware import PROFILE_VARIABLES
 
 PROFILE = Path(__file__).with_name('fast_dds.xml')
-PROFILE_VARIABLES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
 
 
 def surroundings(domain: int, given: Mapping[str, str]) -> dict[str, str | None]:

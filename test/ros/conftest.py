@@ -300,11 +300,17 @@ class NodeProcess:
         """
         Wait until it is ready, or has ended.
         """
+        self.wait_until_said('ready:')
+
+    def wait_until_said(self, words):
+        """
+        Wait until it has said something, or has ended.
+        """
         with self._changed:
             came = self._changed.wait_for(
-                lambda: self._ended or 'ready:' in self.said, timeout=HANGING
+                lambda: self._ended or words in self.said, timeout=HANGING
             )
-        assert came, f'not ready within {HANGING} s: {self.said}'
+        assert came, f'not {words!r} within {HANGING} s: {self.said}'
 
     def stop(self, number=signal.SIGINT):
         """
