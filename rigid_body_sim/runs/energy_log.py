@@ -96,11 +96,13 @@ class EnergyLog:
         return (self._simulation.time, *(values[name] for name in TERMS))
 
     def balance(self) -> EnergyBalance:
-        """Draw the balance now; warn once if it has no numbers any more."""
+        """
+        Draw the balance now; warn once if it has no numbers any more, and no gain led there.
+        """
         balance = self._simulation.energy_balance()
         terms = {name: getattr(balance, name) for name in TERMS}
         beyond = {name: joules for name, joules in terms.items() if not math.isfinite(joules)}
-        if beyond and self._has_numbers:
+        if beyond and self._has_numbers and not self._warned_of:
             self._has_numbers = False
             self._warn(_words_for_no_numbers(beyond, time=self._simulation.time))
         return balance
