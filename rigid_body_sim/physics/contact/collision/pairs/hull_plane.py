@@ -12,7 +12,8 @@ the displacement and the turn of the tick (free motion), a vertex reaches
 Those with an e up to SKIN of the size count, or else the four of the least e. Of more than four
 the manifold holds those of the last tick, or else those that lie farthest along four directions
 fixed in the hull, and those of the least e, as in `extreme_points`, but from the vertices where
-they stand: a mesh may have thousands below the margin.
+they stand: a mesh may have thousands below the margin. Where all four lie on one side, one of them
+gives way to one across, if a blow could bring that down in this tick.
 """
 
 from __future__ import annotations
@@ -74,6 +75,7 @@ FACE = scratch.numbers(3 * CLIP, 'm', 'corners of the face on the plane, axes of
 
 VERTEX = 3  # numbers of a vertex
 SKIN = 1e-3  # [-] of the size: what a vertex may be above the plane that touches in this tick
+THROWN = 2.0  # times the way of the fastest vertex: so far a blow may throw another (1.6 on a rim)
 SKEW = 0.6  # [-] of one axis to the other: along an axis two corners of a box are as far
 
 
@@ -249,7 +251,7 @@ def choose(
         first, last : where the vertices begin, and where they end
         now, after  : height and m at the start of the tick and at its end: s = height + m . x
     """
-    count, least, deepest = 0, math.inf, 0
+    count, least, deepest, way = 0, math.inf, 0, 0.0
     second, third, fourth = math.inf, math.inf, math.inf
     for place in range(first, last, VERTEX):
         separation, low = _lowest(parameters, place, now, after)
@@ -257,6 +259,7 @@ def choose(
             if count < MOST:
                 found[CHOSEN + count] = place
             count += 1
+            way = max(way, separation - low)
             fourth = min(fourth, max(third, low))
             third = min(third, max(second, low))
             second = min(second, max(least, low))
@@ -272,7 +275,40 @@ def choose(
         )
     if least < shallow - TIE * radius:
         found[CHOSEN + _neighbour(parameters, deepest, now, after, found)] = deepest
+    reach = min(THROWN * way + SKIN * radius, margin)
+    _keep_across(parameters, first, last, now, after, deepest, reach, found)
     return MOST
+
+
+@inline
+def _keep_across(
+    parameters: Array, first: int, last: int, now: Any, after: Any, deepest: int, reach: float,
+    found: Array,
+) -> None:  # fmt: skip
+    """
+    Let the highest of the four give way to the lowest vertex across from the deepest, if it is
+    within reach and all four lie on one side: what strikes there throws down the other side.
+    """
+    toward = load(parameters, deepest)
+    toward = add_scaled(toward, -dot(now[1], toward), now[1])
+    for index in range(MOST):
+        if dot(toward, load(parameters, int(found[CHOSEN + index]))) < 0.0:
+            return
+    best, least = -1, reach
+    for place in range(first, last, VERTEX):
+        if dot(toward, load(parameters, place)) < 0.0:
+            separation, _ = _lowest(parameters, place, now, after)
+            if separation < least:
+                best, least = place, separation
+    if best < 0:
+        return
+    gives_way, highest = -1, -math.inf
+    for index in range(MOST):
+        chosen = int(found[CHOSEN + index])
+        _, low = _lowest(parameters, chosen, now, after)
+        if chosen != deepest and low > highest:
+            gives_way, highest = index, low
+    found[CHOSEN + gives_way] = best
 
 
 @inline
