@@ -13,7 +13,7 @@ import pytest
 
 from rigid_body_sim.physics.compile.kernels import argument
 from rigid_body_sim.physics.contact.collision import held_features
-from rigid_body_sim.physics.contact.collision.collider import PLANE
+from rigid_body_sim.physics.contact.collision.collider import BOX, NAMES, PLANE
 from rigid_body_sim.physics.contact.collision.geometry.boxes.edges import CORNERS_A, EDGES
 from rigid_body_sim.physics.contact.collision.geometry.manifold import FOUND, HELD_COUNT
 
@@ -156,7 +156,21 @@ def test_no_pair_is_told_what_another_has_held():
     rows[row + held_features.COUNT] = 2.0
     rows[row + held_features.FEATURES : row + held_features.FEATURES + 2] = 7.0, 8.0
     for index, count in ((1, 2.0), (0, 0.0), (2, 0.0)):
-        held_features.tell(index, argument(rows), argument(found))
+        held_features.tell(index, BOX, BOX, argument(rows), argument(found))
         assert found[HELD_COUNT] == count
-    held_features.tell(1, argument(np.zeros(0)), argument(found))
+    held_features.tell(1, BOX, BOX, argument(np.zeros(0)), argument(found))
     assert found[HELD_COUNT] == 0.0
+
+
+def test_only_pairs_that_hold_points_are_told_whatever_else_a_scene_has():
+    """
+    Cylinders met otherwise beside a hull 700 m away, which asks for what is held.
+    """
+    found, rows = np.zeros(FOUND), np.zeros(held_features.SIZE)
+    rows[held_features.COUNT] = 2.0
+    for pair in itertools.product(range(len(NAMES)), repeat=2):
+        held_features.tell(0, *pair, argument(rows), argument(found))
+        if pair in held_features.KINDS:
+            assert found[HELD_COUNT] == 2.0
+        elif pair[::-1] not in held_features.KINDS:  # no pair is asked that way round
+            assert found[HELD_COUNT] == 0.0

@@ -25,9 +25,17 @@ KINDS = frozenset({(BOX, BOX), (BOX, HULL), (HULL, HULL), (HULL, PLANE)})
 
 
 @inline
-def tell(index: int, rows: Array, found: Array) -> None:
+def _keeps(type_a: int, type_b: int) -> bool:
+    """Tell whether a pair is of KINDS: others choose anew, whatever else a scene holds."""
+    of_faces = (type_a == BOX or type_a == HULL) and (type_b == BOX or type_b == HULL)
+    return of_faces or (type_a == HULL and type_b == PLANE)
+
+
+@inline
+def tell(index: int, type_a: int, type_b: int, rows: Array, found: Array) -> None:
     """Tell a pair kernel what the pair of an index has held; no rows: nothing is known."""
-    count = int(rows[index * SIZE + COUNT]) if len(rows) > 0 else 0
+    known = len(rows) > 0 and _keeps(type_a, type_b)
+    count = int(rows[index * SIZE + COUNT]) if known else 0
     found[manifold.HELD_COUNT] = float(count)
     for point in range(count):
         found[manifold.HELD + point] = rows[index * SIZE + FEATURES + point]

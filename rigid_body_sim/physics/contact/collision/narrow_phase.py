@@ -337,7 +337,7 @@ def _find_manifolds(
         if points == 0:
             known = NONE
             if HOLDS and not (GROUND and type_b == SURFACE):
-                held_features.tell(index, recycling.held, found)
+                held_features.tell(index, type_a, type_b, recycling.held, found)
             points = collide(
                 type_a, type_b, colliders.parameters, shape_a, shape_b, colliders.poses,
                 a * pose.SIZE, b * pose.SIZE, margin, found,

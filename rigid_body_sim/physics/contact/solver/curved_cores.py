@@ -261,6 +261,7 @@ def update_cores(
         wide_lanes.put_vector(cores, lane + core_pair.AXIS_A, axis_a)
         wide_lanes.put_vector(cores, lane + core_pair.AXIS_B, axis_b)
         frame = separation.turned_frame((normal, tangent_1, tangent_2), new_normal)
+        separation.turn_total(points, lane, (normal, tangent_1, tangent_2), frame)
         wide_lanes.put_vector(constraints, lane + constraint.NORMAL, frame[0])
         wide_lanes.put_vector(constraints, lane + constraint.TANGENT_1, frame[1])
         wide_lanes.put_vector(constraints, lane + constraint.TANGENT_2, frame[2])

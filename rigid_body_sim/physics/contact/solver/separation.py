@@ -67,6 +67,32 @@ def apply_second_half(
 
 
 @inline
+def turn_total(points: Array, lane: int, frame: Any, new_frame: Any) -> None:
+    """
+    Let what a point has given so far keep its direction where the axes of its lane turn: `readout`
+    takes all of it along those of the end of the tick.
+
+    Of this substep that is what was accumulated before the motion, less the second half of the
+    warm start: with w = total + given in the old axes F, total' = F'^T F w - given in the new.
+    """
+    presses = points[lane + contact_point.NORMAL_IMPULSE] > 0.0
+    impulses = wide_lanes.vector(points, lane + contact_point.NORMAL_IMPULSE)
+    warm = wide_lanes.vector(points, lane + contact_point.WARM_NORMAL)
+    total = wide_lanes.vector(points, lane + contact_point.TOTAL_IMPULSE)
+    given = scale(1.0 if presses else 0.0, subtract(impulses, warm))
+    whole = add(total, given)
+    normal, tangent_1, tangent_2 = frame
+    new_normal, new_tangent_1, new_tangent_2 = new_frame
+    turns = (
+        (normal[0] != new_normal[0]) | (normal[1] != new_normal[1]) | (normal[2] != new_normal[2])
+    )
+    along = wide_lanes.impulse_of(whole[0], whole[1], whole[2], normal, tangent_1, tangent_2)
+    turned = (dot(new_normal, along), dot(new_tangent_1, along), dot(new_tangent_2, along))
+    change = scale(1.0 if turns else 0.0, subtract(turned, whole))
+    wide_lanes.put_vector(points, lane + contact_point.TOTAL_IMPULSE, add(total, change))
+
+
+@inline
 def _apply_second_half_normal(
     points: Array, scratch: Array, lane: int, normal: Any, arm_a: Any, arm_b: Any
 ) -> None:
@@ -206,6 +232,7 @@ def update_balls(lanes: int, constraints: Array, points: Array, scratch: Array) 
         )
         points[lane + contact_point.SEPARATION] = separation + opening
         frame = turned_frame((normal, tangent_1, tangent_2), new_normal)
+        turn_total(points, lane, (normal, tangent_1, tangent_2), frame)
         wide_lanes.put_vector(constraints, lane + constraint.NORMAL, frame[0])
         wide_lanes.put_vector(constraints, lane + constraint.TANGENT_1, frame[1])
         wide_lanes.put_vector(constraints, lane + constraint.TANGENT_2, frame[2])
