@@ -243,9 +243,9 @@ def _reached(begun: float, until: float, gap: float, last: float, bend: float) -
     """
     span = until - begun
     room = 0.125 * bend * span * span
-    if last > room:
-        return until
-    return begun + span * max((gap - room) / (gap - last), 0.0)
+    if not gap > room:  # of a bend that did not choose the step: it may close and open in between
+        return begun
+    return until if last > room else begun + span * (gap - room) / (gap - last)
 
 
 def _stays_apart(
