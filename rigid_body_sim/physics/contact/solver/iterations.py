@@ -214,7 +214,7 @@ def _prepare(
         far_points.begin(lanes, used, near, point_count, first, WIDTH, rows)
         warm_start.scatter(solver_bodies.WARM_IMPULSE, constraints, scratch, bodies)
         solve.gather_inverse_masses(constraints, bodies)
-        solve.find_shares_left_alone(used, constraints)
+        solve.find_shares_left_alone(used, point_count, constraints)
         solve.gather_momenta(lanes, constraints, scratch, bodies)
         for point in range(point_count):
             points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]

@@ -68,7 +68,8 @@ GIVES, MOST_SINK = 0.3, 5.0
 # [-] ratio of two masses beyond which less than the usual changes are left alone, and the share
 # that is, at least; more lets what is heavy rock on what is light, less takes all passes
 UNLIKE, LEAST_SHARE = 30.0, 1e-3
-# [-] the same of what rolls on what cannot move: more tilts a disc that changes from tile to tile
+# [-] the same of a line on which something rolls on what cannot move: more tilts a disc that
+# changes from tile to tile; of points, less costs a capsule on its end a third of its accuracy
 OF_ROLLING = 0.01
 
 # [1/s] at which what is deeper than `constraint.DEEP` comes out, beside the pace: at once, loads
@@ -205,8 +206,8 @@ def share_left_alone(lane: int, constraints: Array) -> Any:
 
 
 @kernel
-def find_shares_left_alone(used: int, constraints: Array) -> None:
-    """Find what passes leave alone of the lanes of a batch, for a tick."""
+def find_shares_left_alone(used: int, point_count: int, constraints: Array) -> None:
+    """Find what passes leave alone of the lanes of a batch with so many points, for a tick."""
     for lane in range(used):
         whose = constraints[lane + constraint.ROUNDNESS]
         of_ball = whose == constraint.TWO_BALLS or whose == constraint.BALL_ON_FIXED
@@ -220,7 +221,9 @@ def find_shares_left_alone(used: int, constraints: Array) -> None:
             or constraints[lane + constraint.INVERSE_MASS_B] == 0.0
         )
         constraints[lane + constraint.LEFT_ALONE] = (
-            OF_ROLLING if rolls and on_fixed else share_left_alone(lane, constraints)
+            OF_ROLLING
+            if rolls and on_fixed and point_count > 1
+            else share_left_alone(lane, constraints)
         )
 
 
