@@ -223,6 +223,22 @@ def test_a_bullet_that_turns_by_more_than_a_right_angle_in_a_tick_does_not_pass(
         assert sim.state.position[1, 0] < 0.0
 
 
+@pytest.mark.parametrize('dt', [0.004, 0.0005])
+def test_a_stick_that_tumbles_far_in_a_tick_meets_the_edge_that_it_meets_in_short_ticks(dt):
+    """
+    By 2.3 rad, its spin changes by as much as it is: seen to second order it passes by.
+    """
+    plate = box('plate', (0.02, 1, 1), (0, 0, 0), fixed=True)
+    q = np.array((0.374, 0.856, 0.166, 0.315))
+    stick = box(
+        'stick', (0.05, 0.08, 0.3), (-0.2527, 0.5594, 0), velocity=(76.9, 0, 0),
+        q=q / np.linalg.norm(q), turn=(325, -467, -25),
+    )  # fmt: skip
+    sim = Simulation(scene([plate, stick], dt=dt, gravity=(0, 0, 0)))
+    sim.step(round(0.008 / dt))
+    assert sim.state.velocity[1, 0] < 70.0
+
+
 def _given(sim, body):
     """Impulse [N s] that contacts gave a body over the last tick."""
     found = sim.contacts()

@@ -49,6 +49,7 @@ from rigid_body_sim.physics.vectors import (
 Array = NDArray[np.float64]
 
 NOWHERE = (0.0, 0.0, 0.0)
+WANDER = 0.25  # [-] of |w| |alpha| t^3: what its third order turns at most [rad]
 
 
 class FreeMotion(NamedTuple):
@@ -58,7 +59,8 @@ class FreeMotion(NamedTuple):
     center       : centre of mass of its body [m]
     velocity     : [m/s];  acceleration : [m/s^2]
     spin         : [rad/s];  spin_change : [rad/s^2]
-    bend         : bound of what turning adds to the acceleration of any of its points [m/s^2]
+    bend         : bound of what turning adds to the acceleration of any of its points at the start
+                   of the tick [m/s^2]; `bend_within`: until a time
     lever        : bound of how far any of its points is from the centre of mass [m]
     """
 
@@ -117,6 +119,39 @@ def free_motion(collider: int, colliders: ColliderArrays, bodies: Array) -> Any:
     )
 
 
+@inline
+def _jerked_by(motion: FreeMotion, time: float) -> Any:
+    """
+    Bound what alpha does to the angular velocity W until a time: of |W - w| [rad/s] and |W'|
+    [rad/s^2].
+
+    The turn is exp(u), u = w t + alpha t^2 / 2, so that W = J u', J the mean of exp(s u) over
+    s = 0 to 1. J keeps what is along u; of u' no more than |alpha| t / 2 is across. Hence, with
+    |J| <= 1, |J - 1| <= min(|u| / 2, 2) and |J' u'| <= across (along + across / 2),
+
+        |W - w| <= |alpha| t (1 + min(|u| / 4, 1))
+        |W'|    <= |alpha| (1 + (5/8) (|w| + |alpha| t) t)
+    """
+    change = math.sqrt(dot(motion.spin_change, motion.spin_change))
+    angle = time * (math.sqrt(dot(motion.spin, motion.spin)) + time * change)
+    return change * time * (1.0 + min(0.25 * angle, 1.0)), change * (1.0 + 0.625 * angle)
+
+
+@inline
+def bend_within(motion: FreeMotion, time: float) -> float:
+    """Bound what turning adds to the acceleration of any point until a time [m/s^2]."""
+    change = math.sqrt(dot(motion.spin_change, motion.spin_change))
+    rate = math.sqrt(dot(motion.spin, motion.spin)) + time * change
+    return (rate * rate + change * (1.0 + 0.625 * rate * time)) * motion.lever
+
+
+@inline
+def wander_of(motion: FreeMotion) -> float:
+    """Bound how far the third order of the turn moves points: by t^3 [m/s^3]."""
+    squared = dot(motion.spin, motion.spin) * dot(motion.spin_change, motion.spin_change)
+    return WANDER * math.sqrt(squared) * motion.lever
+
+
 @kernel
 def bend_seen_from(
     frame: FreeMotion, other: FreeMotion, normal: Any, begun: float, span: float
@@ -134,7 +169,7 @@ def bend_seen_from(
           + w' x (w' x r) - 2 w x (w' x r) + w x (w x r)
 
     whose last three are (W x (W x r)) + (w' x w) x r, W = w' - w. The first three are taken as
-    they are at the start, with room for what they and n turn by.
+    they are at the start, with room for what they and n turn by, and for what the spins change.
     """
     pull = subtract(other.acceleration, frame.acceleration)
     velocity = add_scaled(subtract(other.velocity, frame.velocity), begun, pull)
@@ -143,16 +178,21 @@ def bend_seen_from(
     spin, spin_of_other = frame.spin, other.spin
     inward = cross(spin, subtract(cross(spin, apart), scale(2.0, velocity)))
     along = add(pull, inward)
-    rate, speed = math.sqrt(dot(spin, spin)), math.sqrt(dot(velocity, velocity))
+    strays, change = _jerked_by(frame, begun + span)
+    strays_of_other, change_of_other = _jerked_by(other, begun + span)
+    rate, speed = math.sqrt(dot(spin, spin)) + strays, math.sqrt(dot(velocity, velocity))
     pulled = math.sqrt(dot(pull, pull))
     reached = math.sqrt(dot(apart, apart)) + (speed + 0.5 * pulled * span) * span + other.lever
     drift = rate * (2.0 * pulled + rate * (speed + 0.5 * pulled * span)) * span
     bound = dot(normal, along) + rate * span * math.sqrt(dot(along, along)) + drift
+    bound += strays * (2.0 * rate * reached + 2.0 * (speed + pulled * span))
     relative = subtract(spin_of_other, spin)
     twist = cross(spin, spin_of_other)
-    bound += (dot(relative, relative) + math.sqrt(dot(twist, twist))) * other.lever
-    bound += math.sqrt(dot(frame.spin_change, frame.spin_change)) * reached
-    bound += math.sqrt(dot(other.spin_change, other.spin_change)) * other.lever
+    passing = math.sqrt(dot(relative, relative)) + strays + strays_of_other
+    twisting = math.sqrt(dot(twist, twist)) + rate * strays_of_other
+    twisting += strays * math.sqrt(dot(spin_of_other, spin_of_other))
+    bound += (passing * passing + twisting + change_of_other) * other.lever
+    bound += change * reached
     return max(bound, 0.0)
 
 
