@@ -1193,14 +1193,8 @@ def _meet_at_instant(time, world):
     if counts[tick_counts.INSTANT] == tick_counts.NOTHING:
         return
     if DRIVES:
-        drive(
-            Tick(time, time, 0.0, 0.0, 1),
-            world.driven,
-            colliders,
-            world.bodies,
-            world.sleep,
-            counts,
-        )
+        now = Tick(time, time, 0.0, 0.0, 1)
+        drive(now, world.driven, colliders, world.bodies, world.sleep, counts)
     gather_bodies(world)
     narrow_phase.find_poses(
         0, counts[tick_counts.COLLIDERS], motion.rigid_count, motion.translation, motion.rotation,
