@@ -9,8 +9,9 @@ A scene that moves: whole ticks, commands at tick boundaries, and what can be as
     sim.state.position
 
 Time is tick * dt_ns in integers. `step(1000)` and a thousand times `step()` give the same bits.
-Forces over time and the flow of mass count from the start of the scene: from tick 0, or from the
-last reset.
+Whatever depends on time counts from the start of the scene: from tick 0, or from the last reset.
+Forces over time, the flow of mass, bodies that are moved as told, and the first tick, which finds
+the loads of what stands: after a reset the same bits follow as the first time.
 
 An interrupt (KeyboardInterrupt) anywhere leaves tick and state that belong together: what a call
 had done in whole chunks of ticks is counted, the rest is put back. One simulation belongs to one
@@ -67,6 +68,7 @@ from rigid_body_sim.physics.validation import check_record
 Array = NDArray[np.float64]
 
 NO_VECTOR: Vector = (0.0, 0.0, 0.0)
+START_MARK = b'begun at'  # as a number 4e252: none of a state
 
 
 class Simulation:
@@ -203,7 +205,7 @@ class Simulation:
             shadow = self._shadows[key] = Simulation(
                 self.scene, integrator=integrator, integrator_options=options, dt=self.dt
             )
-        shadow.restore(tick=self.tick, state=self._bytes(), slots=self.held_slots)
+        shadow._go_on_from(self.tick, self._bytes(), self.held_slots)
         return shadow
 
     @property
@@ -237,7 +239,7 @@ class Simulation:
         settings = ('integrator', 'integrator_options', 'dt')
         Simulation.__init__(self, kept['scene'], **{key: kept[key] for key in settings})
         self._choices = kept['choices']
-        self.restore(tick=kept['tick'], state=kept['state'], slots=kept['slots'])
+        self._go_on_from(kept['tick'], kept['state'], kept['slots'])
         self._start_ns = kept['start_ns']
         self._watch = kept['watch']
         if self._watch is not None:
@@ -256,10 +258,9 @@ class Simulation:
     @property
     def _scene_tick(self) -> float:
         """Ticks since the start of the scene, not whole where a recording has another dt."""
-        tick = self._stepper.tick
-        if not (self._start_ns and self._stepper.is_timed):
-            return tick  # an integer, also after a reset: a float has its kernel compiled anew
-        return (tick * self._dt_ns - self._start_ns) / self._dt_ns
+        passed_ns = self._stepper.tick * self._dt_ns - self._start_ns
+        whole, rest = divmod(passed_ns, self._dt_ns)
+        return passed_ns / self._dt_ns if rest else whole  # a float has its kernel compiled anew
 
     @property
     def dt(self) -> float:
@@ -917,8 +918,7 @@ class Simulation:
         `contact: {mode: event}`, nor after something that was put back, or a body put elsewhere.
         """
         self._settle()
-        start_ns = self.tick * self.dt_ns - round(self._scene_tick * self.dt_ns)
-        return self._stepper.impacts(dt_ns=self.dt_ns, start_ns=start_ns)
+        return self._stepper.impacts(dt_ns=self.dt_ns, start_ns=self._start_ns)
 
     def contact_wrenches(self) -> tuple[Array, Array]:
         """
@@ -978,8 +978,9 @@ class Simulation:
         Give everything the next tick depends on, but for commands: float64 little endian, core
         order.
 
-        What the integrator remembers follows, if anything, and the impulses of contacts; then,
-        where a wrench depends on time, the start of the scene [ns] as int64.
+        What the integrator remembers follows, if anything, and the impulses of contacts; then the
+        start of the scene [ns] as int64: where a wrench depends on time, and after a reset where a
+        body is moved as told, there behind a mark.
         """
         self._settle()
         return self._bytes()
@@ -987,35 +988,93 @@ class Simulation:
     def _bytes(self) -> bytes:
         state = self._layout.state_bytes(self._stepper.translation, self._stepper.rotation)
         state += self._stepper.remembered().astype('<f8').tobytes()
-        return state + self._start_ns.to_bytes(8, 'little') if self._stepper.is_timed else state
+        start = self._start_ns.to_bytes(8, 'little', signed=True)
+        if self._stepper.is_timed:
+            return state + start
+        if self._start_ns and self._reader.is_timed:
+            return state + START_MARK + start
+        return state
 
-    def restore(self, *, tick: int, state: bytes, slots: dict[tuple[int, str], Slot]) -> None:
+    def restore(
+        self,
+        *,
+        tick: int,
+        state: bytes,
+        slots: dict[tuple[int, str], Slot],
+        of_another: bool = False,
+    ) -> None:
         """
         Go on from a tick, a state of `state_bytes` and the commands that held then.
 
-        Raises InvalidModel for a state that is none of this scene.
+        tick       : that of the state; where its contacts have not been through a tick, the scene
+                     begins there, and it goes on as a new simulation does
+        of_another : whether another integrator may have had it: what that one remembered is left
+                     out where this one remembers nothing
+
+        Raises InvalidModel for a state that is none of this scene, one whose numbers are not
+        finite, and a tick before its last reset.
         """
         if not isinstance(tick, int | np.integer) or tick < 0:
             raise InvalidModel(f'tick {shown(tick)}; a whole number of at least 0 is needed')
         if not isinstance(state, bytes | bytearray) or len(state) % 8:
             raise InvalidModel('a state is bytes as `state_bytes` gives them, eight for a number')
+        numbers = np.frombuffer(state[: self._layout.state_size], dtype='<f8')
+        if not np.isfinite(numbers).all():
+            raise InvalidModel(
+                f'restore: {np.count_nonzero(~np.isfinite(numbers))} of {len(numbers)} numbers of '
+                'the state are not finite; give bytes as `state_bytes` gave them'
+            )
+        self._go_on_from(int(tick), bytes(state), slots, of_another=of_another)
+
+    def _go_on_from(
+        self,
+        tick: int,
+        state: bytes,
+        slots: dict[tuple[int, str], Slot],
+        *,
+        of_another: bool = False,
+    ) -> None:
+        """Do what `restore` does; the state may be one that the next tick calls diverged."""
         with self._all_or_nothing():
-            if self._stepper.is_timed:
-                state, start = state[:-8], state[-8:]
-                self._start_ns = int.from_bytes(start, 'little')
             size = self._layout.state_size
+            rest, self._start_ns = self._split_start(tick, state[size:])
+            if of_another and not self.has_contact and self.integrator.remembers is None:
+                rest = b''
             self._layout.set_state_bytes(
                 state[:size], self._stepper.translation, self._stepper.rotation
             )
             try:
-                self._stepper.recall(np.frombuffer(state[size:], dtype='<f8'))
-            except (ValueError, IndexError) as error:
+                self._stepper.recall(np.frombuffer(rest, dtype='<f8'))
+            except (ValueError, IndexError, OverflowError) as error:
                 raise InvalidModel(f'the state does not fit this scene: {error}') from error
+            if self._begins:
+                self._start_ns = tick * self._dt_ns
             self._stepper.tick = tick
             self._held.slots = slots
         self._renew_balance()
         if self._watch is not None:
             self._watch.resume(tick)
+
+    @property
+    def _begins(self) -> bool:
+        """Whether no tick was done since the start of a scene with contact that tells none."""
+        tells = self._stepper.is_timed or self._reader.is_timed
+        return self.has_contact and not tells and self._stepper.contact.is_new
+
+    def _split_start(self, tick: int, rest: bytes) -> tuple[bytes, int]:
+        """Split what follows the motion in a state into what is remembered and the start [ns]."""
+        start = 0
+        if self._stepper.is_timed:
+            rest, start = rest[:-8], int.from_bytes(rest[-8:], 'little', signed=True)
+        elif rest[-16:-8] == START_MARK:
+            rest, start = rest[:-16], int.from_bytes(rest[-8:], 'little', signed=True)
+        if not 0 <= start <= tick * self._dt_ns:
+            raise InvalidModel(
+                f'restore: tick {tick} at {tick * self._dt_ns * 1e-9:g} s, and a state whose '
+                f'scene began at {start * 1e-9:g} s, its last reset; allowed: ticks from there '
+                'on; give the tick that the state had'
+            )
+        return rest, start
 
     @property
     def steps_taken(self) -> float:

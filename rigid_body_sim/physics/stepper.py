@@ -349,13 +349,19 @@ class Stepper:
         return own if self.contact is None else np.concatenate((own, self.contact.remembered()))
 
     def recall(self, numbers: Array) -> None:
-        """Restore what `remembered` gave; without numbers begin anew from the orientations."""
+        """
+        Restore what `remembered` gave; without numbers begin anew from the orientations.
+
+        Raises ValueError for other numbers.
+        """
         if self.contact is not None:
             self.contact.recall(numbers)
         elif self._integrator.remembers is not None:
             count = self._layout.n_rigid
             values = numbers.reshape(count, -1) if numbers.size else self._method_rows()
             self._method[:] = self._blocks_of(values)
+        elif numbers.size:
+            raise ValueError(f'{8 * numbers.size} bytes more than its motion, which is all')
 
     def _blocks_of(self, coefficients: Array) -> Array:
         width = coefficients.shape[1]

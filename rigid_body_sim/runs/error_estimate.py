@@ -192,7 +192,8 @@ class ReferenceRun:
         """Make a simulation that goes on from the state of another."""
         simulation = Simulation(of.scene, integrator=name, integrator_options=options, dt=of.dt)
         simulation.prepare(commands_in_body_axes=True)
-        simulation.restore(tick=of.tick, state=of.state_bytes(), slots=of.held_slots)
+        state = of.state_bytes()
+        simulation.restore(tick=of.tick, state=state, slots=of.held_slots, of_another=True)
         return simulation
 
     def estimate(self) -> ErrorEstimate:

@@ -200,6 +200,7 @@ class RecordedRun:
             tick=begin_ns // simulation.dt_ns,
             state=self.start_state,
             slots=self._held,
+            of_another=integrator not in (None, self.integrator),
         )
         changes = self._choices_topic in self.bag.topics
         if changes and integrator is None and simulation.dt_ns == self.dt_ns:

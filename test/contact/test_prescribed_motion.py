@@ -4,7 +4,9 @@
 Bodies that are moved as told carry, push, throw and drive others, and feel nothing of it; belts.
 """
 
+import copy
 import math
+import pickle
 
 import numpy as np
 import pytest
@@ -291,6 +293,32 @@ def test_what_rests_on_what_moves_does_not_sleep_and_what_it_comes_to_wakes():
     assert sim.state.velocity[1, 2] == pytest.approx(sim.state.velocity[0, 2], abs=1e-4)
     sim.step(1100)  # 6.4 s: it has pushed since 5.6 s
     assert sim.state.position[3, 0] - sim.state.position[4, 0] == pytest.approx(0.2, abs=1e-3)
+
+
+def test_what_is_moved_as_told_pushes_the_same_after_a_reset_in_copies_too():
+    motion = {'heave': wave(0.05, 0.7), 'table': [[0, 0, 0, 0], [1, 0.5, 0, 0], [9, 0.5, 0, 0]]}
+    bodies = moved(motion=motion), free(), free('ball', shape=BALL, position=(0, 1, 0.1))
+    fresh, again = simulation(*bodies), simulation(*bodies)
+    again.step(77)
+    again.reset()
+    for each in (fresh, again):
+        each.step(60)
+    assert np.array_equal(again.state.values, fresh.state.values)
+    restored = simulation(*bodies)
+    restored.restore(tick=again.tick, state=again.state_bytes(), slots={})
+    with pytest.raises(InvalidModel, match=r'began at 0.308 s, its last reset; allowed: ticks'):
+        restored.restore(tick=60, state=again.state_bytes(), slots={})
+    others = [again, copy.copy(again), pickle.loads(pickle.dumps(again)), restored]
+    for _ in range(2):
+        fresh.step(60)
+        for each in others:
+            assert each.tick - 77 == fresh.tick - 60
+            for _ in range(60):
+                each.step()
+            assert np.array_equal(each.state.values, fresh.state.values)
+            assert each.state_bytes() == again.state_bytes()
+            assert each.scene_time == fresh.scene_time
+            assert np.array_equal(each.accelerations(), fresh.accelerations())
 
 
 def test_copies_renamed_and_restored_runs_have_the_same_bits():

@@ -4,8 +4,10 @@
 Bits: repeats, whole runs and single ticks, restored and reset runs, labels, refusals.
 """
 
+import copy
 import math
 import os
+import pickle
 import subprocess
 import sys
 from pathlib import Path
@@ -17,7 +19,7 @@ from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.simulation import Simulation
 
 from .. import inside
-from .touching import H, ball, box, ground, heap, lean, scene
+from .touching import H, ball, box, ground, heap, lean, scene, stack
 
 HERE = Path(__file__).parent
 PATHS = str(HERE.parent), str(HERE.parents[1])
@@ -94,6 +96,42 @@ def test_a_restored_run_and_a_reset_one_give_the_same_bits():
     assert not len(sim.contacts())
     sim.step(400)
     assert sim.state_bytes() == end
+
+
+@pytest.mark.parametrize('ticks', [1, 60])
+def test_what_stands_at_the_start_stands_the_same_after_a_reset_and_where_its_start_is_restored(
+    ticks,
+):
+    """
+    The first tick finds the loads of what stands, whatever its number is.
+    """
+    fresh = Simulation(scene(stack(4)))
+    start = fresh.state_bytes()
+    fresh.step(ticks)
+    end, depth = fresh.state_bytes(), fresh.deepest_gap()
+    for tick in (1, 33):
+        again = Simulation(scene(stack(4)))
+        again.step(tick)
+        again.reset()
+        assert again.state_bytes() == start
+        others = [copy.copy(again), pickle.loads(pickle.dumps(again)), Simulation(again.scene)]
+        others[-1].restore(tick=tick, state=start, slots={})
+        for one in (again, *others):
+            for _ in range(ticks):
+                one.step()
+            assert one.state_bytes() == end and one.deepest_gap() == depth
+            assert one.scene_time == fresh.time
+
+
+def test_what_was_under_way_goes_on_as_it_was_from_tick_0_too():
+    sim = Simulation(scene(stack(4)))
+    sim.step(3)
+    middle = sim.state_bytes()
+    other = Simulation(sim.scene)
+    other.restore(tick=0, state=middle, slots={})
+    for one in (sim, other):
+        one.step(20)
+    assert other.state_bytes() == sim.state_bytes()
 
 
 @pytest.mark.parametrize('cut', [8, 80, -8])

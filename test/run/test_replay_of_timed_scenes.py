@@ -1,6 +1,9 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Replay of scenes in which time itself acts: forces over time, burn-out, also after a reset."""
+"""
+Replay of scenes in which time itself acts: forces over time, burn-out, bodies that are moved as
+told, the loads of what stands as the scene begins; also after a reset.
+"""
 
 import pytest
 
@@ -29,6 +32,22 @@ forces:
     table: [[0.0511, 0, 0, 0, 0.01, 0, 0], [0.2345, 1, 0, 0, 0, 0.01, 0]]
   - {type: gravity, constant: 0.1}
 """
+MOVED = """
+version: 1
+dt: 0.002
+gravity: [0, 0, -9.81]
+CONTACT
+bodies:
+  - name: deck
+    shape: {type: box, size: [1, 1, 0.2]}
+    motion: {heave: {amplitude: 0.1, period: 1.3}}
+  - name: load
+    shape: {type: box, size: [0.2, 0.2, 0.2]}
+    mass: 1
+    initial: {position: [0, 0, 0.2]}
+"""
+DECK = MOVED.replace('CONTACT', 'contact: {mode: timestep}')
+STANDS = DECK.replace('motion: {heave: {amplitude: 0.1, period: 1.3}}', 'fixed: true')
 COMMANDS = """time,body,kind,frame,fx,fy,fz,tx,ty,tz
 0.3,rocket,wrench,body,1,0,0,0,0.01,0
 0.4,rocket,impulse,world,1,0,0,0,0,0.01
@@ -64,12 +83,17 @@ def test_a_run_across_jumps_and_burn_out_replays_bit_for_bit(
     assert result['errors']['rocket']['largest']['position'] < 1e-3
 
 
-def test_a_recording_begun_after_a_reset_replays_bit_for_bit(scene, tmp_path, as_json):
-    run = Run(Simulation(load_scene(scene)), RunSettings(publish_every=5))
+@pytest.mark.parametrize('ticks', [0, 17])
+@pytest.mark.parametrize(
+    'text', [SCENE, MOVED.replace('CONTACT', ''), DECK, STANDS],
+    ids=['timed', 'moved', 'deck', 'stands'],
+)  # fmt: skip
+def test_a_recording_begun_after_a_reset_replays_bit_for_bit(text, ticks, tmp_path, as_json):
+    run = Run(Simulation(load_scene(text.encode())), RunSettings(publish_every=5))
     for _ in range(33):
         run.advance(1)
     run.reset()
-    for _ in range(17):
+    for _ in range(ticks):
         run.advance(1)
     recorder = RunRecorder(run, tmp_path / 'run')
     while run.simulation.tick < 350:  # past the burn-out, which is 0.46915 s after the reset

@@ -210,6 +210,31 @@ def test_no_array_of_a_scene_can_be_written_to_by_one_of_its_simulations(
             array[...] *= 2
 
 
+@pytest.mark.parametrize(
+    ('state', 'reason'),
+    [
+        (lambda state: state + bytes(8), 'the state does not fit this scene: 8 bytes more'),
+        (lambda state: state + b'begun at' + bytes(8), None),
+        (lambda state: state[:-8], 'a state of this scene has'),
+        (lambda state: b'', 'a state of this scene has'),
+        (lambda state: b'\xff' * len(state), 'restore: 31 of 31 numbers of the state are not'),
+        (lambda state: np.float64(math.inf).tobytes() + state[8:], 'restore: 1 of 31 numbers'),
+    ],
+)
+def test_a_state_that_is_none_is_refused_and_all_stays(
+    state: Callable[[bytes], bytes], reason: str | None
+) -> None:
+    simulation = Simulation(SCENE)
+    simulation.step(3)
+    before = simulation.state_bytes()
+    if reason is None:
+        simulation.restore(tick=3, state=state(before), slots={})
+    else:
+        with pytest.raises(InvalidModel, match=reason):
+            simulation.restore(tick=7, state=state(before), slots={})
+    assert simulation.state_bytes() == before and simulation.tick == 3
+
+
 def test_the_inertia_of_a_body_is_a_copy() -> None:
     inertia = np.diag([1.0, 2.0, 2.5])
     body = Body('a', Box((1.0, 1.0, 1.0)), 1.0, inertia=inertia)

@@ -709,6 +709,8 @@ def _find_first_loads(
     """Find what a group carries when the scene begins, and start from it."""
     if FLOWS or DRIVES or now.start != 0.0:
         return
+    if constraints.impulse_cache[cache_record.SUBSTEP] != 0.0:
+        return  # restored at tick 0, with what it carries
     rows, batches, scratch = constraints.rows, constraints.batches, constraints.scratch
     lanes, batch_count = counts[tick_counts.LANES], batch_count_of(constraints)
     roots, sizes = energy.roots, constraints.colours

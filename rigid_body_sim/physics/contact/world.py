@@ -64,7 +64,7 @@ from rigid_body_sim.physics.contact.islands.sleep import make_sleep_state
 from rigid_body_sim.physics.contact.pair_rules import pair_rules
 from rigid_body_sim.physics.contact.readout import joined, read, together, with_taken_back
 from rigid_body_sim.physics.contact.settings import EVENT, ContactSettings
-from rigid_body_sim.physics.contact.solver import contact_point, variable_mass
+from rigid_body_sim.physics.contact.solver import cache_record, contact_point, variable_mass
 from rigid_body_sim.physics.contact.solver.cache_entries import scaled, without_pairs_of
 from rigid_body_sim.physics.contact.solver.impulse_cache import keep_cache, size_in_use
 from rigid_body_sim.physics.contact.solver.iterations import solver
@@ -189,6 +189,11 @@ class ContactWorld:
         )
         arrays.take_sleep_state(sleepers.state)
         return sleepers
+
+    @property
+    def is_new(self) -> bool:
+        """Whether no tick was done since the scene began: nobody has found its loads."""
+        return bool(self.arrays.cache[cache_record.SUBSTEP] == 0.0)
 
     def remembered(self) -> Array:
         """Give what the next tick starts from beside the blocks: see `cache_record`."""

@@ -210,8 +210,14 @@ class Sleepers:
         return np.concatenate(parts)
 
     def recall(self, numbers: Array) -> None:
-        """Restore what `remembered` gave; without numbers everybody is awake."""
+        """
+        Restore what `remembered` gave; without numbers everybody is awake.
+
+        Raises ValueError for other numbers.
+        """
         size = len(self.state.sleep_states)
+        if 0 < len(numbers) < size:
+            raise ValueError(f'{len(numbers)} numbers of who sleeps; {size} are needed')
         self.state.sleep_states[:] = numbers[:size] if len(numbers) else 0.0
         self._islands.clear()
         begin = size
@@ -219,6 +225,8 @@ class Sleepers:
             head = numbers[begin : begin + HEAD]
             middle = begin + HEAD + int(head[CACHE_LENGTH])
             end = middle + int(head[CONTACT_COUNT]) * KEPT
+            if not begin < middle <= end <= len(numbers):
+                raise ValueError('what it holds of islands that sleep is not whole, or too long')
             self._islands[int(head[NUMBER])] = Island(
                 numbers[begin + HEAD : middle].copy(),
                 numbers[middle:end].reshape(-1, KEPT).copy(),
