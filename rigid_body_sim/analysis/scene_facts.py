@@ -29,7 +29,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rigid_body_sim.errors import UserError
-from rigid_body_sim.physics.diagnostics.step_limits import KINDS, StabilityWatch
+from rigid_body_sim.physics.diagnostics.step_limits import (
+    KINDS,
+    StabilityWatch,
+    substeps_of_contact,
+)
 from rigid_body_sim.physics.integration.integrator import Integrator
 from rigid_body_sim.physics.integration.integrators import INTEGRATORS
 from rigid_body_sim.physics.model.body_axis import moment_of_body
@@ -293,7 +297,7 @@ def _of_integrator(
     watch = StabilityWatch(scene, layout, integrator, dt)
     with np.errstate(all='ignore'):  # what overflows is beyond every limit
         rates = watch.rates(state)
-    h = dt / integrator.substeps
+    h = dt / (integrator.substeps * substeps_of_contact(scene))
     for kind in KINDS:
         limit = getattr(integrator.limits, kind)
         if kind == 'oscillation' and watch.has_bent_ties:

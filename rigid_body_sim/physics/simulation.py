@@ -43,7 +43,7 @@ from rigid_body_sim.physics.diagnostics.energy_balance import (
 from rigid_body_sim.physics.diagnostics.invariants import Invariants
 from rigid_body_sim.physics.diagnostics.orthogonality import orthogonality_defect
 from rigid_body_sim.physics.diagnostics.point_motion import PointMotion, motion_of
-from rigid_body_sim.physics.diagnostics.step_limits import StabilityWatch
+from rigid_body_sim.physics.diagnostics.step_limits import StabilityWatch, substeps_of_contact
 from rigid_body_sim.physics.errors import InvalidModel, SimulationBusy, SimulationDiverged
 from rigid_body_sim.physics.forces.elements import held_body_wrench
 from rigid_body_sim.physics.forces.held_wrenches import FOREVER, HeldWrenches, Slot
@@ -450,12 +450,13 @@ class Simulation:
             self._held.drop_expired(self._stepper.tick)
 
     def _diverged(self) -> SimulationDiverged:
-        core = self._stepper.first_diverged()
+        core, parts = self._stepper.first_diverged(), substeps_of_contact(self.scene)
+        steps = f', {parts} substeps of contact in a step,' if parts > 1 else ''
         return SimulationDiverged(
             body=self._layout.body(core).name,
             tick=self.tick,
             cause=f'{self._stepper.cause or "its state is no longer finite"}; with '
-            f'{self.integrator.name} at dt = {self.dt:g} s the limits are: '
+            f'{self.integrator.name} at dt = {self.dt:g} s{steps} the limits are: '
             f'{self.integrator.stability}; take a smaller dt or another integrator',
         )
 

@@ -698,14 +698,32 @@ class Stepper:
         return parts
 
     def _copy_back(self) -> None:
-        """Return to an earlier state; note which body left the finite numbers."""
+        """
+        Return to an earlier state; note which body left the finite numbers: of several, as where
+        one takes along whom it meets, the fastest there.
+        """
         points = gather(self.translation, TRANSLATION, 0, 6, self._layout.n_moving)
         turns = gather(self.rotation, ROTATION, 0, 7, self._layout.n_rigid)
         bad = ~np.isfinite(points).all(axis=1)
         bad[: self._layout.n_rigid] |= ~np.isfinite(turns).all(axis=1)
         culprits = np.flatnonzero(bad)
-        self._bad = int(min(culprits, key=lambda core: self._layout.moving[core], default=0))
         self.put_back()
+        speeds = self._speeds()
+        self._bad = int(
+            min(culprits, key=lambda i: (-speeds[i], self._layout.moving[i]), default=0)
+        )
+
+    @np.errstate(all='ignore')  # a state on its way to infinity
+    def _speeds(self) -> Array:
+        """Speeds of the bodies that would have their kinetic energies [m/s], core order."""
+        layout = self._layout
+        mass = layout.masses
+        momentum = gather(self.translation, TRANSLATION, MOMENTUM, 3, layout.n_moving)
+        squared = np.sum((momentum / mass[:, None]) ** 2, axis=1)
+        turning = gather(self.rotation, ROTATION, ANGULAR_MOMENTUM, 3, layout.n_rigid)
+        least = layout.moments.min(axis=1, initial=math.inf)
+        squared[: layout.n_rigid] += np.sum(turning**2, axis=1) / (least * mass[: layout.n_rigid])
+        return np.nan_to_num(np.sqrt(squared), nan=math.inf)
 
     def first_diverged(self) -> int:
         """Core index of the first body, in scene order, that left the finite numbers."""

@@ -11,7 +11,7 @@ from itertools import pairwise
 
 import pytest
 
-from rigid_body_sim import Simulation, load_scene
+from rigid_body_sim import Simulation, SimulationDiverged, load_scene
 from rigid_body_sim.physics.integration.integrators import INTEGRATORS
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.scene.shipped_scenes import find_scene
@@ -220,6 +220,48 @@ def test_a_replay_over_huge_numbers_prints_numbers(as_json, verb, stiff, tmp_pat
     code, told = as_json('replay', tmp_path / 'b', '--integrator', 'dmv6')
     assert code == 0
     assert 1e150 < told['errors']['ball']['largest']['position'] < 1e250
+
+
+def in_contact(share, *, mode='timestep', substeps=4, dt=0.02, more=()):
+    """A ball of 1 kg on a spring, at a share of the limit of dmv6: h omega = 2."""
+    stiffness = (2.0 * share * substeps / dt) ** 2
+    ball = {'name': 'ball', 'mass': 1.0, 'shape': {'type': 'sphere', 'radius': 0.1}}
+    return load_scene(
+        {
+            'dt': dt,
+            'contact': {'mode': mode, 'substeps': substeps},
+            'bodies': [*more, ball | {'initial': {'position': [0.01, 0, 0]}}],
+            'forces': [{'type': 'spring', 'a': 'ball', 'b': 'world', 'stiffness': stiffness}],
+        }
+    )
+
+
+@pytest.mark.usefixtures('plain_source')
+@pytest.mark.parametrize(('mode', 'substeps'), [('timestep', 4), ('timestep', 1), ('event', 4)])
+def test_a_step_in_contact_is_a_substep_of_it_and_what_is_said_to_be_stable_is(mode, substeps):
+    within, beyond = (
+        Simulation(in_contact(share, mode=mode, substeps=substeps)) for share in (0.95, 1.05)
+    )
+    assert within.warnings() == []
+    (said,) = beyond.warnings()
+    assert 'h omega = 2.1 a step; dmv6 is stable only up to 2; take dt <= 0.019 s' in said
+    assert ('contact.substeps: 5' in said) == (substeps == 4)
+    assert 'the integrator' not in said  # none that takes contact has a longer step
+    within.step(300)
+    assert abs(within.state.position).max() < 0.05  # 1/sqrt(1 - 0.95^2) of where it began
+    beyond.step(20)
+    assert abs(beyond.state.position).max() > 1.0
+
+
+@pytest.mark.usefixtures('plain_source')
+def test_who_takes_others_along_when_it_diverges_is_named_with_its_steps():
+    box = {'name': 'box', 'mass': 2.0, 'shape': {'type': 'box', 'size': [0.4, 0.2, 0.1]}}
+    box |= {'initial': {'position': [-1, 0, 1], 'angular_velocity': [0, 2, 0.02]}}
+    sim = Simulation(in_contact(10.0, more=[box]))
+    with pytest.raises(SimulationDiverged) as error:
+        sim.step(300)
+    assert error.value.body == 'ball'
+    assert 'at dt = 0.02 s, 4 substeps of contact in a step, the limits' in str(error.value)
 
 
 def rates(made):

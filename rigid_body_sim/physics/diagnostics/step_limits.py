@@ -10,7 +10,7 @@ Whether the step of a run is within the limits of its integrator: rotation, spri
                   in the state, because it has a rest length or holds a body off its centre
     relaxation  : h k,       k <= S_a + S_b with the dampings in place of the stiffnesses
 
-        h   : [s]       step: tick / substeps
+        h   : [s]       step: tick / substeps, and over those of contact where bodies meet
         w_i : [1/kg]    largest eigenvalue of 1/m - [a] I^-1 [a], a the arm of the tie at body i:
                         by how much its end yields to an impulse, across the worst direction
 
@@ -42,6 +42,7 @@ Array = NDArray[np.float64]
 
 KINDS = ('rotation', 'oscillation', 'relaxation')
 ROUNDING = 1.0 + 1e-9  # a step that is the limit itself, but for rounding, is within it
+MOST_OF_CONTACT = 1000  # substeps of contact that a scene may have
 INSTEAD = ('dmv6', 'rk4', 'linearly_implicit', 'sdirk2', 'exact_rotor')  # in order of preference
 
 
@@ -68,7 +69,8 @@ class StabilityWatch:
         self._layout = layout
         self._integrator = integrator
         self._dt = dt
-        self._h = dt / integrator.substeps
+        self._of_contact = substeps_of_contact(scene)
+        self._h = dt / (integrator.substeps * self._of_contact)
 
     def check(
         self, state: State, said: Mapping[str, Collection[int]] | None = None
@@ -204,6 +206,13 @@ class StabilityWatch:
         bent = kind == 'oscillation' and bool(self._ties.bent[core])
         return f'{said}; {self._cure(kind, self._h * rate, limit, bent=bent)}'
 
+    def _may_meet_contact(self, integrator: Integrator) -> bool:
+        if self._scene.contact.get('mode', 'none') == 'none':
+            return True
+        from rigid_body_sim.physics.contact.suited_integrators import unsuited  # where it is asked
+
+        return unsuited(integrator) is None
+
     def _cure(self, kind: str, product: float, limit: float, *, bent: bool) -> str:
         """Say what would be within the limit."""
         times = product / limit
@@ -214,6 +223,9 @@ class StabilityWatch:
         substeps = math.ceil(times * self._integrator.substeps) if times < 1e6 else 10**7
         if substeps <= 1_000_000 and 'substeps' in self._integrator.options:
             cures.append(f'substeps: {substeps}')
+        of_contact = math.ceil(times * self._of_contact) if times < 1e6 else 10**7
+        if self._of_contact > 1 and of_contact <= MOST_OF_CONTACT:
+            cures.append(f'contact.substeps: {of_contact}')
         for name in INSTEAD:
             other = INTEGRATORS[name]
             if (
@@ -221,10 +233,20 @@ class StabilityWatch:
                 and getattr(other.limits, kind) >= product
                 and (not bent or other.limits.bent >= product)
                 and other.refuses(self._scene) is None
+                and self._may_meet_contact(other)
             ):
                 cures.append(f'the integrator {name}')
                 break
         return f'take {", or ".join(cures)}' if cures else 'no step or integrator resolves it'
+
+
+def substeps_of_contact(scene: Scene) -> int:
+    """Count the steps that contact makes of one of the method; 1 where no bodies meet."""
+    if scene.contact.get('mode', 'none') == 'none':
+        return 1
+    from rigid_body_sim.physics.contact.settings import ContactSettings  # only what a scene needs
+
+    return ContactSettings.of(scene.contact).substeps
 
 
 def _rounded_down(value: float) -> float:
