@@ -83,7 +83,8 @@ class Simulation(physics.Simulation):
         Write a checkpoint: a file from which `Simulation.load` goes on bit for bit.
 
         It holds the scene with its files, the state, what contacts and integrator remember, and
-        what is held. A file that exists is replaced, as a whole or not at all. Raises UserError
+        what is held; an energy balance is not in it, and is begun anew by `keep_energy_balance`. A
+        file that exists is replaced, as a whole or not at all. Raises UserError
         where it cannot be written, RunError where there is no room, InvalidModel for a scene made
         in Python that no scene file can say.
         """

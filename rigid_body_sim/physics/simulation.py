@@ -811,7 +811,8 @@ class Simulation:
     def _balance(self) -> EnergyLedger:
         if self._ledger is None:
             raise InvalidModel(
-                'an energy balance was not kept; call keep_energy_balance() where it is to begin'
+                'energy balance: none is kept; call keep_energy_balance() where it is to begin, '
+                'again in a copy, a pickle or a checkpoint, which keep none'
             )
         return self._ledger
 

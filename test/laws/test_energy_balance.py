@@ -6,6 +6,8 @@ Change of energy = work of commands + of drives - dissipation + defect; and who 
 The long form, on random scenes and against DOP853: benchmark/energy_balance.py.
 """
 
+import copy
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -130,6 +132,8 @@ def test_a_reset_begins_a_new_balance_and_nobody_gets_one_unasked():
         sim.energy_balance()
     kept(sim).step(50)
     assert sim.energy_balance().dissipation > 0.0
+    with pytest.raises(InvalidModel, match='again in a copy, a pickle or a checkpoint, which'):
+        copy.copy(sim).energy_balance()
     sim.reset()
     assert sim.energy_balance().dissipation == 0.0 == sim.energy_balance().change
 
