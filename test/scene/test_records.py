@@ -18,7 +18,7 @@ from rigid_body_sim import Simulation
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.forces.elements import FORCES
-from rigid_body_sim.physics.model.scene import Body, MassFlow, Material, Motion, Scene
+from rigid_body_sim.physics.model.scene import Body, Frame, MassFlow, Material, Motion, Scene
 from rigid_body_sim.physics.model.shapes import Box, Particle, Particles, Plane, Sphere
 from rigid_body_sim.scene import load_scene
 
@@ -208,6 +208,43 @@ def test_no_array_of_a_scene_can_be_written_to_by_one_of_its_simulations(
     for array in arrays:
         with pytest.raises(ValueError, match='read-only'):
             array[...] *= 2
+
+
+@pytest.mark.parametrize(
+    'copied',
+    [
+        lambda scene: scene,
+        copy.copy,
+        copy.deepcopy,
+        lambda scene: pickle.loads(pickle.dumps(scene)),
+        lambda scene: replace(scene, dt_ns=2_000_000),
+    ],
+)
+def test_no_mapping_of_a_scene_can_be_written_to(copied: Callable[[Scene], Scene]) -> None:
+    contact = {'mode': 'timestep', 'pairs': [{'bodies': ['b', 'p'], 'friction': 0.1}]}
+    frames = {'nose': Frame((1.0, 0.0, 0.0))}
+    told = replace(SCENE, contact=contact, bodies=(replace(BODY, frames=frames), SCENE.bodies[1]))
+    scene = copied(replace(told, integrator_options={'substeps': 2}, files={'x.obj': b'x'}))
+    contact['substeps'] = 1
+    frames.clear()
+    mappings: list[Any] = [scene.contact, scene.contact['pairs'][0], scene.bodies[0].frames]
+    for mapping in (*mappings, scene.integrator_options, scene.files):
+        before = dict(mapping)
+        for change in (
+            lambda mapping: mapping.update(mode='none'),
+            lambda mapping: mapping.__setitem__('mode', 'none'),
+            lambda mapping: mapping.__delitem__(next(iter(mapping))),
+            lambda mapping: mapping.__ior__({'mode': 'none'}),
+            lambda mapping: mapping.setdefault('other', 1),
+            lambda mapping: mapping.popitem(),
+            lambda mapping: mapping.clear(),
+        ):
+            with pytest.raises(TypeError, match='cannot be written to'):
+                change(mapping)
+        assert before and mapping == before
+    assert 'substeps' not in scene.contact and list(scene.bodies[0].frames) == ['nose']
+    dict(scene.contact)['mode'] = 'none'  # a copy is its owner's
+    assert {**scene.contact, 'substeps': 3}['substeps'] == 3
 
 
 @pytest.mark.parametrize(

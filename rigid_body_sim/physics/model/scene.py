@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.errors import blaming
-from rigid_body_sim.physics.model.locked_arrays import LockedArrays, locked
+from rigid_body_sim.physics.model.locked_arrays import LockedArrays, locked, locked_mapping
 from rigid_body_sim.physics.model.rotation import IDENTITY, unit_quaternion
 from rigid_body_sim.physics.model.shapes import Shape
 from rigid_body_sim.physics.model.shown_scene import html_of, line_of
@@ -185,7 +185,8 @@ class Body(LockedArrays):
                      angular velocity, and its position and velocity follow from them
     shape_position, shape_orientation : where the shape lies: (3,) [m] its origin in body
         coordinates, (4,) [-] unit quaternion xyzw, shape axes to body axes
-    frames         : axes fixed to the body, by name: commands may be given in them
+    frames         : axes fixed to the body, by name: commands may be given in them; a copy that
+                     cannot be written to
     motion         : how the body is moved; then it is fixed for all that acts
     surface_velocity : (3,) [m/s] of the surface of a fixed body along its faces, body axes: a
         conveyor
@@ -210,6 +211,7 @@ class Body(LockedArrays):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, 'inertia', locked(self.inertia))
+        object.__setattr__(self, 'frames', locked_mapping(self.frames))
 
     @property
     def is_point(self) -> bool:
@@ -244,6 +246,8 @@ class Scene:
     source     : the exact bytes the scene was read from
     origin     : what messages call them
     files      : further files the scene names (meshes): name -> bytes
+
+    Mappings are copies that cannot be written to: all simulations of a scene share them.
     """
 
     name: str
@@ -257,6 +261,10 @@ class Scene:
     source: bytes = b''
     origin: Origin = Origin()
     files: Mapping[str, bytes] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name in ('integrator_options', 'contact', 'files'):
+            object.__setattr__(self, name, locked_mapping(getattr(self, name)))
 
     def __repr__(self) -> str:
         return line_of(self)
