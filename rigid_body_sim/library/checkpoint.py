@@ -28,7 +28,7 @@ from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.simulation import Simulation
-from rigid_body_sim.recording.new_output import check_folder, not_written, remove
+from rigid_body_sim.recording.new_output import check_folder, replacing
 from rigid_body_sim.runs.manifest_values import ManifestValues
 from rigid_body_sim.runs.recorder import TICK_SEMANTICS, held_as_json
 from rigid_body_sim.scene import load_scene
@@ -79,14 +79,8 @@ def write(simulation: Simulation, path: str | os.PathLike[str]) -> None:
     }
     rest = b'\n'.join([json.dumps(head).encode(), b''.join(parts.values())])
     whole = MAGIC + hashlib.sha256(rest).hexdigest().encode() + b'\n' + rest
-    new = place.with_name(f'.{place.name}.{os.getpid()}.part')
-    try:
+    with replacing(place) as new:
         new.write_bytes(whole)
-        os.replace(new, place)  # noqa: PTH105  (says what it does)
-    except OSError as error:
-        raise not_written(place, error, 'make room, or choose another place') from error
-    finally:
-        remove(new)
 
 
 def read(path: str | os.PathLike[str]) -> Mapping[str, Any]:

@@ -151,8 +151,8 @@ def _write_parquet(pyarrow: Any, run: RunArrays, table: dict[str, Any], path: Pa
     arrays = {name: np.ascontiguousarray(values) for name, values in table.items()}
     made = pyarrow.table({n: pyarrow.array(a, from_pandas=False) for n, a in arrays.items()})
     told = {f'rigid_body_sim.{key}': str(value) for key, value in _facts(run).items()}
-    with replacing(path) as new:
-        parquet.write_table(made.replace_schema_metadata(told), new)
+    with replacing(path) as new, new.open('wb') as file:  # of a path it removes what failed
+        parquet.write_table(made.replace_schema_metadata(told), file)
 
 
 def write_impacts(run: RunArrays, path: str | os.PathLike[str]) -> None:

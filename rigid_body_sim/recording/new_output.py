@@ -2,13 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """
 Whether something new can be written at a path: asked before a run, not after it. What replaces
-something is written beside it first.
+something is written beside it first. A symbolic link stays: what it leads to is replaced; so does
+what is no file, a device or a pipe: it is written to as it is.
 """
 
 from __future__ import annotations
 
 import errno
 import os
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -38,19 +40,57 @@ def check_folder(path: Path) -> None:
 def replacing(path: Path) -> Iterator[Path]:
     """
     Give a path beside another, which takes its place when all is written; until then what is there
-    stays. With the path, RunError where there is no room, UserError for what cannot be written.
+    stays. Of a device or a pipe give the path itself. With the path, RunError where there is no
+    room, UserError for what cannot be written.
     """
     check_folder(path)
-    new = path.with_name(f'.{path.name}.{os.getpid()}.part')
+    if _is_no_file(path):
+        with _written_to(path):
+            yield path
+        return
+    place = Path(os.path.realpath(path)) if path.is_symlink() else path
+    if place.is_symlink():
+        raise UserError(
+            f'{_shown(path)}: a symbolic link that leads back to itself; remove it, or choose '
+            'another name'
+        )
+    check_folder(place)
+    new = place.with_name(f'.{place.name}.{os.getpid()}.part')
     try:
         yield new
-        os.replace(new, path)  # noqa: PTH105  (says what it does)
+        os.replace(new, place)  # noqa: PTH105  (says what it does)
     except OSError as error:
         raise not_written(
             path, error, 'what was there before is as it was; make room, or choose another place'
         ) from error
     finally:
         remove(new)
+
+
+def _is_no_file(path: Path) -> bool:
+    """Tell whether a device, a pipe or a socket is there: nothing can take its place."""
+    try:
+        mode = path.stat().st_mode
+    except OSError:
+        return False
+    return not (stat.S_ISREG(mode) or stat.S_ISDIR(mode))
+
+
+@contextmanager
+def _written_to(path: Path) -> Iterator[None]:
+    """Hold a device or a pipe open, so that its reader waits, while it is written to."""
+    held = -1
+    try:
+        held = os.open(path, os.O_WRONLY | os.O_NONBLOCK)  # a pipe without a reader: ENXIO
+        yield
+    except OSError as error:
+        cure = 'choose another place'
+        if error.errno in (errno.ENXIO, errno.EPIPE):
+            cure = 'if it is a pipe, let somebody read it, from before to the end'
+        raise not_written(path, error, cure) from error
+    finally:
+        if held >= 0:
+            os.close(held)
 
 
 def remove(path: Path) -> None:
