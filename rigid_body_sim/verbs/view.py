@@ -9,9 +9,12 @@ film (GIF, MP4), whose frames a headless Chromium draws.
 from __future__ import annotations
 
 import argparse
+import re
 import tempfile
+import warnings
 from io import BytesIO
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.errors import choose_from
@@ -21,6 +24,7 @@ from rigid_body_sim.recording.mcap_scan import MOST_TIME
 from rigid_body_sim.recording.new_output import check_folder, replacing
 from rigid_body_sim.recording.record_values import RecordValues
 from rigid_body_sim.runs.reading_guard import reads_recording
+from rigid_body_sim.runs.warning_lines import warning_printer
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.stop_signals import STOP
 from rigid_body_sim.view.energy_history import energy_history
@@ -31,8 +35,12 @@ from rigid_body_sim.view.recorded_motion import RecordedMotion, read_motion
 
 SUMMARY = 'draw a recorded run as a PNG, or play it in three dimensions: HTML page, GIF, MP4'
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 SCENE = 'scene.yaml'
 DOTS_PER_INCH = 130
+LACKS = re.compile(r'Glyph (\d+) .* missing from (?:current )?font')  # matplotlib warns so
 MOST_POINTS = 400_000  # over all bodies; more cost time and change no pixel
 SAMPLES = 2000  # per body at most: about the width of the picture
 FEWEST_SAMPLES = 200
@@ -132,9 +140,7 @@ def _draw(arguments: argparse.Namespace) -> int:
             caption=expected_outcome(scene),
             scene=scene,
         )
-        image = BytesIO()
-        figure.savefig(image, format='png', dpi=DOTS_PER_INCH)
-        content = image.getvalue()
+        content = _png(figure)
     else:
         page = playback_page(motion, scene, title=title, about=about, energy=energy, bag=bag)
         content = page.encode()
@@ -145,6 +151,27 @@ def _draw(arguments: argparse.Namespace) -> int:
     bodies = len(motion.tracks)
     print(f'{arguments.output}: {bodies} bod{"y" if bodies == 1 else "ies"}')
     return 0
+
+
+def _png(figure: Figure) -> bytes:
+    """Draw a figure; say in one line which letters its font lacks."""
+    image = BytesIO()
+    with warnings.catch_warnings(record=True) as found:
+        warnings.simplefilter('always')
+        figure.savefig(image, format='png', dpi=DOTS_PER_INCH)
+    lacking: dict[str, None] = {}
+    for said in found:
+        glyph = LACKS.match(str(said.message))
+        if glyph is None:
+            warnings.warn(said.message, said.category, stacklevel=2)
+        else:
+            lacking[chr(int(glyph[1]))] = None
+    if lacking:
+        warning_printer('view')(
+            f'the font of the picture lacks {"".join(lacking)!r}, in whose place boxes stand; '
+            'draw a page (FILE.html), or say it in the scene in other letters'
+        )
+    return image.getvalue()
 
 
 def _size(text: str) -> tuple[int, int]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import resource
+import warnings
 from pathlib import Path
 
 import matplotlib.image
@@ -40,13 +41,13 @@ MASS, INERTIA = 2.0, (0.3, 0.2, 0.4)  # [kg], [kg m^2]
 START, VELOCITY, SPIN = (0.0, 0.0, 1.0), (1.0, 0.5, 6.0), (0.1, 5.0, -0.2)
 
 
-def scene_text(bodies, gravity=GRAVITY):
+def scene_text(bodies, gravity=GRAVITY, title='thrown'):
     """YAML of a scene of equal bodies; the motion is written elsewhere."""
     moments = dict(zip(('ixx', 'iyy', 'izz'), INERTIA, strict=True))
     return yaml.safe_dump(
         {
             'version': 1,
-            'name': 'thrown',
+            'name': title,
             'dt': DT_NS * 1e-9,
             'gravity': list(gravity),
             'bodies': [{'name': name, 'mass': MASS, 'inertia': moments} for name in bodies],
@@ -72,14 +73,16 @@ def motion_of(time, places):
 def throw(tmp_path):
     """Record thrown bodies; `pushed` ticks carry an applied wrench and a jump of the speed."""
 
-    def make(bodies=('box', 'can'), *, scene=True, namespace='', pushed=(), jump=0.0):
+    def make(
+        bodies=('box', 'can'), *, scene=True, namespace='', pushed=(), jump=0.0, title='thrown'
+    ):
         packer = StatePacker(bodies, dt_ns=DT_NS, namespace=namespace)
         path = tmp_path / 'thrown'
         writer = BagWriter(
             path,
             topics=packer.topics,
             manifest={'schema_version': '1', 'integrator': 'dmv6', 'dt_ns': str(DT_NS)},
-            attachments={'scene.yaml': scene_text(bodies)} if scene else {},
+            attachments={'scene.yaml': scene_text(bodies, title=title)} if scene else {},
         )
         force, extra = np.zeros((len(bodies), 3)), np.zeros(3)
         for tick in range(1, TICKS + 1):
@@ -110,6 +113,15 @@ def test_the_picture_shows_more_than_paper(throw, tmp_path):
     colored = np.ptp(pixels, axis=2) > 0.3
     assert colored.mean() > 1e-3
     assert len(np.unique(np.round(pixels[colored] * 4), axis=0)) > 5
+
+
+def test_letters_that_the_font_of_a_picture_lacks_are_named_in_one_line(throw, tmp_path, capsys):
+    with warnings.catch_warnings():
+        warnings.simplefilter('error')
+        assert draw(throw(title='場の箱'), tmp_path / 'run.png') == 0
+    said = capsys.readouterr().err
+    assert said.count('\n') == 1
+    assert said.startswith("rigid_body_sim view: warning: the font of the picture lacks '場の箱'")
 
 
 def test_positions_and_speeds_come_back_to_the_bit(throw):
