@@ -22,6 +22,7 @@ TURN = 2 * math.pi
 BALL = {'type': 'sphere', 'radius': 0.1}
 CUBE = {'type': 'box', 'size': [0.2, 0.2, 0.2]}
 DECK = {'type': 'box', 'size': [8, 8, 0.2]}
+SLAB = {'type': 'box', 'size': [2, 2, 0.2]}
 FAR = [
     {'name': 'far_ball', 'shape': BALL, 'mass': 1.0, 'restitution': 0.1,
      'initial': {'position': [0, 0, -70]}},
@@ -319,6 +320,22 @@ def test_what_is_moved_as_told_pushes_the_same_after_a_reset_in_copies_too():
             assert each.state_bytes() == again.state_bytes()
             assert each.scene_time == fresh.scene_time
             assert np.array_equal(each.accelerations(), fresh.accelerations())
+
+
+@pytest.mark.usefixtures('own_kernels', 'plain_source')
+def test_a_force_after_contact_has_taken_back_a_gain_is_that_of_where_bodies_are_then():
+    """Bodies on a deck are put back a bit, and the spring between them acts; in any calls."""
+    told = scene(
+        moved(position=(0, 0, 0), motion={'heave': wave(0.05, 0.5)}, shape=SLAB),
+        free('a', position=(0, 0, 0.2)), free('b', position=(0, 0, 0.4)),
+    )  # fmt: skip
+    told['bodies'] = told['bodies'][:3]
+    told['forces'] = [{'type': 'spring', 'a': 'a', 'b': 'b', 'stiffness': 10}]
+    whole, single = (Simulation(load_scene(told)) for _ in range(2))
+    whole.step(12)
+    for _ in range(12):
+        single.step()
+    assert single.state_bytes() == whole.state_bytes()
 
 
 def test_copies_renamed_and_restored_runs_have_the_same_bits():

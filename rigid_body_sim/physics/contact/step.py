@@ -172,7 +172,7 @@ end_substep = slot('kernel (index, now, group, ...): motion of a substep, and wh
 pass_substeps = slot('kernel (now, group, constraints, world): all substeps of a tick')
 pass_group = slot('kernel (number, now, world): a group, from its constraints to the last substep')
 pass_groups = slot('kernel (tick, h, world): parts of a tick that are groups, or bodies')
-take_back_gains = slot('kernel (h, touching, ...): what contact gave by its errors')
+take_back_gains = slot('kernel (h, touching, ...): of contact; tells whether it changed any')
 bound_bounces = slot('kernel (touching, ...): restitution')
 store_some_impulses = slot('kernel (substep, world): parts of the impulse cache')
 store_impulses = slot('kernel (now, world): fills the impulse cache')
@@ -329,9 +329,10 @@ def _advance(ticks, tick, h, world):
                 touching, motion, colliders, constraints, energy, bodies, flows, driven,
                 counts,
             )  # fmt: skip
-        take_back_gains(
+        if take_back_gains(
             h, touching, motion, constraints, energy, bodies, flows, driven, settings, counts
-        )
+        ):
+            evaluated = False  # it may have moved bodies
         store_impulses(now, world)
         counts[tick_counts.DONE] = passed + 1
         status = finite(motion)
@@ -1099,7 +1100,7 @@ def _bound_bounces(
 def _take_back_gains(
     h, touching, motion, constraints, energy, bodies, flows, driven, settings, counts
 ):  # fmt: skip
-    """Take back what contact gave by its errors."""
+    """Take back what contact gave by its errors; tell whether anything was changed."""
     group = Group(touching, False, motion)
     if FLOWS:
         variable_mass.scale_to_present_mass(flows, bodies)
@@ -1112,6 +1113,7 @@ def _take_back_gains(
         variable_mass.scale_to_start_mass(flows, bodies)
     if found:
         scatter_momenta(group, bodies)
+    return found
 
 
 def _store_impulses(now, world):
