@@ -13,14 +13,15 @@ BEGIN = batch.number('-', 'where it begins in the rows')
 POINT_COUNT = batch.number('-', 'points of each of its manifolds')
 NEAR_COUNT = batch.number('-', 'of them, that are visited in this tick: `far_points`')
 LANE_COUNT = batch.number('-', 'lanes in use')
-KIND = batch.number('-', 'MIXED, BALLS or CURVED')
+KIND = batch.number('-', 'one of the names below')
 COLOUR = batch.number('-', 'of its manifolds')
 SIZE = batch.size
 ROOM = 2 * SIZE  # of a batch in the list: once, and once more as scratch while they are sorted
 
-# sorts of batches of a colour: of one point each, what is not round, balls among themselves or on
-# what cannot move, and two layers about cores (`curved_cores`); of several points
-MIXED, BALLS, CURVED, SEVERAL_POINTS = range(4)
-SORTS = 4
-OPEN_BATCHES = SORTS * (COLOURS + 1)  # [-] that may be open at a time
+# kinds of batches of a colour: of one point each, what is not round, balls among themselves or on
+# what cannot move, and two layers about cores (`curved_cores`); of several points, those of bodies
+# that have others, and those that are the only ones of theirs (`whole_manifold`)
+MIXED, BALLS, CURVED, SEVERAL_POINTS, LONE = range(5)
+KINDS = 5
+OPEN_BATCHES = KINDS * (COLOURS + 1)  # [-] that may be open at a time
 NONE_OPEN = -1

@@ -87,6 +87,17 @@ def _colour_group(
 
 
 @inline
+def _is_lone(record: int, n_moving: int, table: Indices, constraints: Constraints) -> bool:
+    """Tell whether a manifold is the only one of its bodies: they have one colour, if any."""
+    for place in (manifold_record.COLLIDER_A, manifold_record.COLLIDER_B):
+        body = collider_record.solver_body(int(constraints.manifolds[record + place]), table)
+        used = constraints.colours[body] if body < n_moving else 0
+        if used & (used - 1):
+            return False
+    return True
+
+
+@inline
 def _fill_batches(
     number: int, near: int, end: int, count: int, n_moving: int, width: int, room: Any,
     curved: bool, table: Indices, constraints: Constraints, bodies: Array,
@@ -116,8 +127,11 @@ def _fill_batches(
             kind = batch_record.BALLS
         if curved and points == 1 and are_curved(collider_a, collider_b, table, bodies):
             kind = batch_record.CURVED
-        sort = batch_record.SORTS * colour
-        sort += kind if points == 1 else batch_record.SEVERAL_POINTS
+        if points > 1:
+            kind = batch_record.SEVERAL_POINTS
+            if _is_lone(record, n_moving, table, constraints):
+                kind = batch_record.LONE
+        sort = batch_record.KINDS * colour + kind
         batch = open_batches[sort]
         if (
             batch == batch_record.NONE_OPEN
@@ -127,7 +141,7 @@ def _fill_batches(
             batch = count
             size = constraint.SIZE + (1 if points == 1 else manifold.MOST) * width
             size += friction_patch.SIZE if points > 1 else 0
-            size += core_pair.SIZE if kind == batch_record.CURVED and points == 1 else 0
+            size += core_pair.SIZE if kind == batch_record.CURVED else 0
             if end + size > room[0] or batch >= room[1]:
                 return end, NO_ROOM
             _open(batch * batch_record.SIZE, end, kind, colour, batches)

@@ -33,6 +33,7 @@ WARM_NORMAL = point.number('N s', 'half the warm-start impulse of this substep')
 WARM_TANGENT_1 = point.number('N s', 'the same, first tangent')
 WARM_TANGENT_2 = point.number('N s', 'the same, second tangent')
 TAKES_PART = point.number('-', '1: in what its manifold has in common: `common_impulse`')
+DROPPED = point.number('-', '1: takes no more part in this visit: `whole_manifold`')
 # while an island goes on that the usual passes have left unsettled: see `islands.unsettled`
 BEGUN_BEFORE = point.vector('N s', 'normal, tangents, from which the pass before has begun')
 BEGUN = point.vector('N s', 'the same of this pass')

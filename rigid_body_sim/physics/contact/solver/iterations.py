@@ -41,6 +41,7 @@ from rigid_body_sim.physics.contact.solver import (
     solve,
     surface_friction,
     warm_start,
+    whole_manifold,
 )
 
 STARTING_ITERATIONS = 20  # at most, of a batch on which friction of a face starts
@@ -56,6 +57,7 @@ TURNS = slot('[-] whether the inertia of anything turns with it, or changes')
 RIMS = slot('[-] whether a cylinder may touch')
 BENDS = slot('[-] whether anything turns but balls about their centres')
 LAYERED = slot('[-] whether anything is a ball or a capsule')
+SLIDES = slot('[-] whether friction follows what presses')
 PATCHES = slot('[-] whether anything may touch at several points')
 # of one point of each lane, in batches of one point; where there are several, without friction
 solve_point = slot('kernel (lanes, constraints, points, ...): solves normals, soft')
@@ -70,8 +72,13 @@ relax_friction = slot('kernel (lanes, constraints, patch, scratch): relaxes fric
 solve_all_in_common = slot('kernel (lanes, used, ...): soft normals, what is common')
 relax_all_in_common = slot('kernel (lanes, used, ...): the same after the motion')
 restore_all_in_common = slot('kernel (lanes, used, ...): the same of restitution')
+solve_as_a_whole = slot('kernel (lanes, used, ...): soft normals of lone manifolds')
+relax_as_a_whole = slot('kernel (lanes, used, ...): the same after the motion')
+restore_as_a_whole = slot('kernel (lanes, used, ...): the same of restitution')
 sum_up = slot('kernel (lanes, near, ...): sums of what points have in common')
 give_in_common = slot('kernel (lanes, constraints, ...): gives it to them')
+sum_up_whole = slot('kernel (lanes, constraints, ...): sums of the points of lone manifolds')
+give_as_a_whole = slot('kernel (lanes, constraints, ...): gives them their impulses')
 update_points = slot('kernel (lanes, constraints, points, scratch): update separation and arms')
 update_normals = slot('kernel (lanes, constraints, points, scratch): the same without friction')
 
@@ -111,6 +118,12 @@ def _is_curved(number: int, batches: Indices) -> bool:
 
 
 @inline
+def _is_lone(number: int, batches: Indices) -> bool:
+    """Tell whether a batch is one of manifolds that are solved as a whole."""
+    return batches[number * batch_record.SIZE + batch_record.KIND] == batch_record.LONE
+
+
+@inline
 def _point_and_cores(first: int, width: int, rows: Array) -> Any:
     """Rows of the point of a batch of curved pairs, and of its cores: `core_pair`."""
     end = first + width
@@ -138,6 +151,20 @@ def _all_in_common(
     sum_up(lanes, near, constraints, points, scratch, inverse_h, slop, cap)
     if common_impulse.any_stirs(used, scratch):
         give_in_common(lanes, constraints, points, scratch)
+
+
+def _as_a_whole(
+    lanes: int, used: int, constraints: Array, points: Array, scratch: Array, inverse_h: float,
+    slop: float, cap: float,
+) -> None:  # fmt: skip
+    """Solve the normals of lone manifolds: `whole_manifold`."""
+    whole_manifold.begin(lanes, WIDTH, points, scratch)
+    for _ in range(whole_manifold.ROUNDS):
+        sum_up_whole(lanes, constraints, points, scratch, inverse_h, slop, cap)
+        if not whole_manifold.any_stirs(used, scratch):
+            break
+        give_as_a_whole(lanes, constraints, points, scratch)
+    whole_manifold.rest(lanes, WIDTH, SLIDES, constraints, points, scratch)
 
 
 @kernel
@@ -182,6 +209,22 @@ def _measure_patch(
     if field == contact_point.NORMAL_IMPULSE and surface_friction.any_surface(scratch):
         surface_friction.add_moments_of_others(used, first, width, rows, patch, scratch)
     patch_friction.measure(lanes, wrench, all_lanes, patch, scratch)
+
+
+@inline
+def _measure_anew(
+    lanes: int, used: int, near: int, first: int, width: int, rows: Array, scratch: Array
+) -> None:
+    """Find what presses on the patches of a batch, and measure those that are stale."""
+    begin, end = _face(first, width)
+    patch = rows[begin:end]
+    if surface_friction.any_surface(scratch):
+        surface_friction.add_press_of_others(used, first, width, rows, patch, scratch)
+    if patch_friction.any_stale(used, patch, scratch):
+        _measure_patch(
+            lanes, used, near, first, width, contact_point.NORMAL_IMPULSE,
+            friction_patch.IMPULSE_1, False, rows, scratch,
+        )  # fmt: skip
 
 
 def _prepare(
@@ -268,8 +311,9 @@ def _solve_normals(
         if near == 0:
             solve.leave_settled(used, constraints)
             continue
-        if PATCHES and near > 1:
-            points = rows[first : first + MOST * WIDTH]
+        is_lone = PATCHES and _is_lone(number, batches)
+        points = rows[first : first + MOST * WIDTH]
+        if PATCHES and near > 1 and not is_lone:
             solve_all_in_common(
                 lanes, used, near, constraints, points, scratch, inverse_h, slop, cap
             )
@@ -277,6 +321,8 @@ def _solve_normals(
             bends.find_bends(lanes, TURNS, LAYERED, inverse_h, constraints, scratch)
         if RIMS:
             rolling_frame.find_bends(used, inverse_h, constraints, scratch, bodies)
+        if is_lone:
+            solve_as_a_whole(lanes, used, constraints, points, scratch, inverse_h, slop, cap)
         point = 0
         while point < near:
             points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
@@ -291,6 +337,8 @@ def _solve_normals(
                 near = far_points.points_asked(
                     number, lanes, inverse_h, TURNS, constraints, scratch, batches
                 )
+        if is_lone:
+            whole_manifold.resume(lanes, scratch)
         if PATCHES and point_count > 1:
             begin, end = _face(first, WIDTH)
             patch = rows[begin:end]
@@ -387,14 +435,18 @@ def _relax(
         if near == 0:
             solve.leave_settled(used, constraints)
             continue
-        if several and near > 1:
-            points = rows[first : first + MOST * WIDTH]
+        is_lone = several and _is_lone(number, batches)
+        points = rows[first : first + MOST * WIDTH]
+        if several and near > 1 and not is_lone:
             relax_all_in_common(
                 lanes, used, near, constraints, points, scratch, inverse_h, 0.0, 0.0
             )
         for _ in range(STARTING_ITERATIONS if several else 1):
             if several:
                 patch_friction.find_slide(lanes, constraints, patch, scratch)
+            if is_lone:
+                points = rows[first : first + MOST * WIDTH]
+                relax_as_a_whole(lanes, used, constraints, points, scratch, inverse_h, 0.0, 0.0)
             point = 0
             while point < near:
                 points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
@@ -409,14 +461,10 @@ def _relax(
                     near = far_points.points_asked(
                         number, lanes, inverse_h, TURNS, constraints, scratch, batches
                     )
+            if is_lone:
+                whole_manifold.resume(lanes, scratch)
             if several:
-                if surface_friction.any_surface(scratch):
-                    surface_friction.add_press_of_others(used, first, WIDTH, rows, patch, scratch)
-                if patch_friction.any_stale(used, patch, scratch):
-                    _measure_patch(
-                        lanes, used, near, first, WIDTH, contact_point.NORMAL_IMPULSE,
-                        friction_patch.IMPULSE_1, False, rows, scratch,
-                    )  # fmt: skip
+                _measure_anew(lanes, used, near, first, WIDTH, rows, scratch)
                 relax_friction(lanes, constraints, patch, scratch)
                 if not patch_friction.any_starts(used, scratch):
                     break
@@ -469,9 +517,12 @@ def _apply_restitution(
             solve.gather_momenta(lanes, constraints, scratch, bodies)
             if PATCHES and point_count > 1:
                 points = rows[first : first + MOST * WIDTH]
-                restore_all_in_common(
-                    lanes, used, point_count, constraints, points, scratch, 0.0, 0.0, 0.0
-                )
+                if _is_lone(number, batches):
+                    restore_as_a_whole(lanes, used, constraints, points, scratch, 0.0, 0.0, 0.0)
+                else:
+                    restore_all_in_common(
+                        lanes, used, point_count, constraints, points, scratch, 0.0, 0.0, 0.0
+                    )
             for point in range(point_count):
                 points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
                 if PATCHES and point_count > 1:
@@ -571,6 +622,13 @@ def solver(
         sums, gives = common_impulse.visit(kind, width, turns=turns)
         offered[f'{kind}_all_in_common'] = specialise(
             _all_in_common, name=f'{kind}_{width}', sum_up=sums, give_in_common=gives,
+        )  # fmt: skip
+        sums, gives = whole_manifold.visit(
+            kind, width, turns=turns, arcs=arcs, layered=layered, on_rims=on_rims
+        )
+        offered[f'{kind}_as_a_whole'] = specialise(
+            _as_a_whole, name=f'{kind}_{width}', sum_up_whole=sums, give_as_a_whole=gives,
+            WIDTH=width, SLIDES=kind == 'relax',
         )  # fmt: skip
     offered['relax_friction'] = patch_friction.relaxation(turns=turns)
     passes = {

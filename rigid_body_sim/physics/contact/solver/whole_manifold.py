@@ -1,0 +1,567 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Normals of a manifold that is the only one of its bodies, solved as a whole before its points are
+visited one by one: so a motion that has a plane of symmetry keeps it.
+
+Sequential impulses give a body that lands on an edge a turn with the first point and take it back
+with the other, to the tolerance of the iteration. The points of a manifold are those of two rigid
+bodies: at the place (x, y) in the plane of contact their velocity is v + x w_1 + y w_2. So the
+change of their impulses is sought in the same form,
+
+    J'_i = sum_j mu_j psi_j(i),   psi_0 = 1, psi_1 = x_i - x, psi_2 = y_i - y
+
+over the k points that press or are about to, (x, y) their middle. With b, m sigma and iota of
+`solve`, c_i = iota/(m sigma) and r_i = v_n + b_i + c_i J_i of point i,
+
+    (B + C) mu = -sum_i psi(i) r_i,   J_i <- J_i + t J'_i
+
+    B_jl = G_j x n . I^-1 (G_l x n) of A and of B, and k^2 (1/m_A + 1/m_B) in B_00
+    G_j = sum_i psi_j(i) r_i,  r_i the arm;   C = sum_i c_i psi(i) psi(i)^T
+
+It is the change after which visits of the points find nothing (Galerkin's equations in the space
+of rigid motions). t <= 1 is the share at which the first impulse comes to 0: so far, no change
+takes energy from the bodies that it gives back (the method of active sets; Nocedal and Wright,
+Numerical Optimization, 2006, section 16.5). What then has no impulse and would be given less is
+dropped, and the rest is solved again, ROUNDS times at most. Points that lie on a line have no
+psi across it.
+
+Where a body has several manifolds, they are solved one after the other, and no symmetry is kept
+beyond the tolerance of the passes: there it does to solve what is common (`common_impulse`). Piles
+would cost a fifth more by this, and come to rest no sooner.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from rigid_body_sim.physics.arrays import Array
+from rigid_body_sim.physics.compile.kernels import inline, slot, specialise
+from rigid_body_sim.physics.contact.collision.geometry import manifold
+from rigid_body_sim.physics.contact.solver import (
+    constraint,
+    contact_point,
+    lane_scratch,
+    wide_lanes,
+)
+from rigid_body_sim.physics.contact.solver.solve import LIFTS, OPEN, soft_law
+from rigid_body_sim.physics.vectors import (
+    add,
+    cross,
+    dot,
+    scale,
+    subtract,
+)
+
+STILL = 1e-12  # [m/s] r below which nothing is solved
+ROUNDS = 4  # of active sets, at most: what is left then, the next pass does
+POINT = 1e-16  # [m^2] of the sum of squares: points that are no farther apart are one
+LINE = 1e-12  # [-] of the sum of squares along one tangent: less along the other is none
+ROUNDING = 1e-9  # [-] of an impulse: what is left of it where it comes to nothing
+SINGULAR = 1e-12  # [-] of its entry: a pivot that is no larger is none
+
+SOFT = slot('[-] whether overlaps are soft, before the motion')
+BOUNCING = slot('[-] whether it is the impulse of restitution')
+WIDTH = slot('[-] numbers of a point')
+TURNS = slot('[-] whether the inertia of anything turns with it, or changes')
+RIMS = slot('[-] whether a cylinder may touch')
+BENDS = slot('[-] whether anything turns but balls about their centres')
+LAYERED = slot('[-] whether anything is a ball or a capsule')
+law = slot('kernel (constraints, points, ...): r, c, and whether a point takes part')
+give_to_point = slot('kernel (row, share, part, points): gives a point its part')
+part_of = slot('kernel (row, lane, change, ...): what a point has, and its part')
+changes = slot('kernel (lane, ...): change of the points of a lane')
+sums_of = slot('kernel (point, lane, ...): its sums')
+
+
+@inline
+def begin(lanes: int, width: int, points: Array, scratch: Array) -> None:
+    """Begin a visit: all points of each lane may take part."""
+    for lane in range(lanes):
+        scratch[lane + lane_scratch.WHOLE_ACTIVE] = scratch[lane + lane_scratch.ACTIVE]
+    for row in range(contact_point.DROPPED, manifold.MOST * width, width):
+        for lane in range(lanes):
+            points[row + lane] = 0.0
+
+
+@inline
+def _is_lifted(lane: int, width: int, points: Array, scratch: Array) -> Any:
+    """Tell whether the friction of a lane lifts some point of it: `solve.LIFTS`."""
+    slide_1 = scratch[lane + lane_scratch.SLIDE_1]
+    slide_2 = scratch[lane + lane_scratch.SLIDE_2]
+    lifts = 0.0
+    for row in range(lane, lane + manifold.MOST * width, width):
+        more = points[row + contact_point.NORMAL_MASS] * (
+            slide_1 * points[row + contact_point.CROSS_TERM_1]
+            + slide_2 * points[row + contact_point.CROSS_TERM_2]
+        )
+        lifts = more if more > lifts else lifts
+    return lifts > LIFTS
+
+
+@inline
+def rest(
+    lanes: int, width: int, slides: bool, constraints: Array, points: Array, scratch: Array
+) -> None:
+    """
+    Let visits of the points leave alone what has been solved as a whole, until `resume`; but not
+    what friction lifts, or brakes as it rolls or twists.
+
+    slides : friction follows what presses: `patch_friction.find_slide`
+    """
+    for lane in range(lanes):
+        visited = constraints[lane + constraint.ROLLING_FRICTION] > 0.0
+        visited = visited | (constraints[lane + constraint.TORSIONAL_FRICTION] > 0.0)
+        if slides:
+            visited = visited | _is_lifted(lane, width, points, scratch)
+        if not visited:
+            scratch[lane + lane_scratch.ACTIVE] = 0.0
+
+
+@inline
+def resume(lanes: int, scratch: Array) -> None:
+    """Let lanes that were visited be visited again: see `rest`."""
+    for lane in range(lanes):
+        scratch[lane + lane_scratch.ACTIVE] = scratch[lane + lane_scratch.WHOLE_ACTIVE]
+
+
+@inline
+def any_stirs(used: int, scratch: Array) -> bool:
+    """Tell whether some lane has anything to be solved: what rests has not."""
+    found = False
+    for lane in range(used):
+        found = found or scratch[lane + lane_scratch.WHOLE_STIRS] > 0.0
+    return found
+
+
+def _law(
+    constraints: Array, points: Array, scratch: Array, lane: int, row: int, velocity: float,
+    inverse_h: float, slop: float, cap: float,
+) -> Any:  # fmt: skip
+    """
+    Return what `solve` has for a point: r, c, and whether it takes part: what presses, or is about
+    to.
+
+    row      : where the point begins in this lane
+    velocity : [m/s] of it along the normal
+    """
+    separation = points[row + contact_point.SEPARATION]
+    mass = points[row + contact_point.NORMAL_MASS]
+    is_open = separation > OPEN
+    bounces = constraints[lane + constraint.RESTITUTION]
+    iota, may = 0.0, True
+    field = contact_point.RESTITUTION_NORMAL if BOUNCING else contact_point.NORMAL_IMPULSE
+    impulse = points[row + field]
+    if BOUNCING:
+        approach = points[row + contact_point.APPROACH_VELOCITY]
+        bias = bounces * approach if approach < 0.0 else 0.0
+        pressure = (
+            points[row + contact_point.LARGEST_NORMAL_IMPULSE]
+            + points[row + contact_point.NORMAL_IMPULSE]
+        )
+        may = (pressure > 0.0) & (constraints[lane + constraint.BOUNCES] > 0.0)
+    elif SOFT:
+        if RIMS:
+            rolls = scratch[lane + lane_scratch.RIM_ROLLS]
+            separation += rolls * constraints[lane + constraint.SINK]
+            impulse -= 2.0 * rolls * points[row + contact_point.WARM_NORMAL]
+        mass, bias, iota = soft_law(
+            constraints, lane, mass, separation, impulse, inverse_h, slop, cap
+        )
+        if BENDS:
+            arm_a, arm_b = wide_lanes.arms(points, row)
+            bend_a = wide_lanes.vector(scratch, lane + lane_scratch.BEND_A)
+            bend_b = wide_lanes.vector(scratch, lane + lane_scratch.BEND_B)
+            bias += dot(bend_b, arm_b) - dot(bend_a, arm_a)
+            if LAYERED:
+                bias += scratch[lane + lane_scratch.BEND]
+                bias += separation * scratch[lane + lane_scratch.BEND_BY_GAP]
+    else:
+        is_new = points[row + contact_point.WARM_NORMAL] <= 0.0
+        bias = separation * inverse_h if is_open & is_new else 0.0
+        may = not (is_open & (bounces > 0.0) & (impulse <= 0.0))
+    # rows that have no point have no mass
+    residual, softness = velocity + bias, 0.0
+    if SOFT:
+        softness = iota / (mass if mass > 0.0 else 1.0)
+        residual += softness * impulse
+    presses = points[row + field] > 0.0
+    dropped = points[row + contact_point.DROPPED] > 0.0
+    takes_part = may & (mass > 0.0) & (presses | ((residual < 0.0) & (not dropped)))
+    return residual, softness, takes_part
+
+
+@inline
+def _find_motion(lane: int, turns: bool, constraints: Array, scratch: Array) -> Any:
+    """
+    Return how a lane moves along its normal: its centres [m/s], and n x omega of A and B, which is
+    what an arm gives [rad/s].
+    """
+    normal = wide_lanes.vector(constraints, lane + constraint.NORMAL)
+    spin_a, spin_b = wide_lanes.angular_velocities(constraints, scratch, lane, turns)
+    of_centers = wide_lanes.velocity_of_centers(constraints, scratch, lane)
+    return dot(normal, of_centers), cross(normal, spin_a), cross(normal, spin_b)
+
+
+@inline
+def _place(row: int, lane: int, constraints: Array, points: Array) -> Any:
+    """Return where a point of a lane is from its first, along the two tangents [m]."""
+    way = subtract(
+        wide_lanes.vector(points, row + contact_point.ARM_B),
+        wide_lanes.vector(points, lane + contact_point.ARM_B),
+    )
+    return (
+        dot(way, wide_lanes.vector(constraints, lane + constraint.TANGENT_1)),
+        dot(way, wide_lanes.vector(constraints, lane + constraint.TANGENT_2)),
+    )
+
+
+def _sums_of(
+    point: int, lane: int, motion: Any, constraints: Array, points: Array,
+    scratch: Array, inverse_h: float, slop: float, cap: float,
+) -> Any:  # fmt: skip
+    """
+    Return what a point adds to the sums of its lane: 1, x, y, x^2, xy, y^2; r, r x, r y; c and the
+    same of it. Nothing where it takes no part.
+
+    motion : of the lane: see `_find_motion`
+    """
+    row = lane + point * WIDTH
+    x, y = _place(row, lane, constraints, points)
+    arm_a, arm_b = wide_lanes.arms(points, row)
+    velocity = motion[0] + (dot(motion[2], arm_b) - dot(motion[1], arm_a))
+    found = law(constraints, points, scratch, lane, row, velocity, inverse_h, slop, cap)
+    takes_part = found[2]
+    share = 1.0 if takes_part else 0.0
+    points[row + contact_point.TAKES_PART] = share
+    x, y = share * x, share * y
+    r = found[0] if takes_part else 0.0
+    if SOFT:
+        c = found[1] if takes_part else 0.0
+        soft = c, c * x, c * y, c * (x * x), c * (x * y), c * (y * y)
+    else:
+        soft = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    return (share, x, y, x * x, x * y, y * y), (r, r * x, r * y), soft
+
+
+@inline
+def _added_six(one: Any, two: Any) -> Any:
+    """Add six numbers to six."""
+    return (
+        one[0] + two[0], one[1] + two[1], one[2] + two[2],
+        one[3] + two[3], one[4] + two[4], one[5] + two[5],
+    )  # fmt: skip
+
+
+@inline
+def _added(sums: Any, more: Any) -> Any:
+    """Add the sums of points."""
+    return _added_six(sums[0], more[0]), add(sums[1], more[1]), _added_six(sums[2], more[2])
+
+
+@inline
+def _stirs(places: Any, drives: Any) -> Any:
+    """Tell whether what moves the points that take part is more than STILL."""
+    count = places[0]
+    share = 1.0 / (count if count > 1.0 else 1.0)
+    x, y = share * places[1], share * places[2]
+    of_all, along_x, along_y = drives[0], drives[1] - x * drives[0], drives[2] - y * drives[0]
+    spread = (places[3] - x * places[1]) + (places[5] - y * places[2])
+    turns = along_x * along_x + along_y * along_y > STILL * STILL * (spread + POINT)
+    return turns | (of_all * of_all > STILL * STILL * count)
+
+
+def _sum_up(
+    lanes: int, constraints: Array, points: Array, scratch: Array, inverse_h: float, slop: float,
+    cap: float,
+) -> None:  # fmt: skip
+    """
+    Add up what takes part of each lane, and find the lanes that stir, of those that are visited.
+
+    points : all points of each lane; what it has not, has no mass
+    """
+    for lane in range(lanes):
+        motion = _find_motion(lane, TURNS, constraints, scratch)
+        one = sums_of(0, lane, motion, constraints, points, scratch, inverse_h, slop, cap)
+        two = sums_of(1, lane, motion, constraints, points, scratch, inverse_h, slop, cap)
+        three = sums_of(2, lane, motion, constraints, points, scratch, inverse_h, slop, cap)
+        four = sums_of(3, lane, motion, constraints, points, scratch, inverse_h, slop, cap)
+        places, drives, soft = _added(_added(_added(one, two), three), four)
+        stirs = _stirs(places, drives) & (scratch[lane + lane_scratch.ACTIVE] > 0.0)
+        scratch[lane + lane_scratch.WHOLE_STIRS] = 1.0 if stirs else 0.0
+        wide_lanes.put_vector(scratch, lane + lane_scratch.WHOLE_PLACES, places[:3])
+        wide_lanes.put_vector(scratch, lane + lane_scratch.WHOLE_SQUARES, places[3:])
+        wide_lanes.put_vector(scratch, lane + lane_scratch.WHOLE_DRIVES, drives)
+        if SOFT:
+            wide_lanes.put_vector(scratch, lane + lane_scratch.WHOLE_SOFTNESS, soft[:3])
+            wide_lanes.put_vector(scratch, lane + lane_scratch.WHOLE_SOFT_SQUARES, soft[3:])
+
+
+@inline
+def _arms_of(row: int, lane: int, middle: Any, constraints: Array, points: Array) -> Any:
+    """
+    Return the arms of a point on A and B times psi_0, psi_1, psi_2, zeros where it takes no part.
+
+    middle : x, y of what takes part
+    """
+    x, y = _place(row, lane, constraints, points)
+    share = points[row + contact_point.TAKES_PART]
+    one, two = share * (x - middle[0]), share * (y - middle[1])
+    arm_a, arm_b = wide_lanes.arms(points, row)
+    return (
+        scale(share, arm_a), scale(one, arm_a), scale(two, arm_a),
+        scale(share, arm_b), scale(one, arm_b), scale(two, arm_b),
+    )  # fmt: skip
+
+
+@inline
+def _added_arms(one: Any, two: Any) -> Any:
+    """Add what `_arms_of` returns of two points."""
+    return (
+        add(one[0], two[0]), add(one[1], two[1]), add(one[2], two[2]),
+        add(one[3], two[3]), add(one[4], two[4]), add(one[5], two[5]),
+    )  # fmt: skip
+
+
+@inline
+def _response_of(row: int, turns: bool, normal: Any, arms: Any, constraints: Array) -> Any:
+    """
+    Return what the turn of one body adds to B: 00, 01, 02, 11, 12, 22.
+
+    row  : where its inverse inertia begins
+    arms : sums of its arms times psi_0, psi_1, psi_2
+    """
+    zero, one, two = cross(arms[0], normal), cross(arms[1], normal), cross(arms[2], normal)
+    of_zero = wide_lanes.apply_inverse_inertia(constraints, row, turns, zero)
+    of_one = wide_lanes.apply_inverse_inertia(constraints, row, turns, one)
+    of_two = wide_lanes.apply_inverse_inertia(constraints, row, turns, two)
+    return (
+        dot(zero, of_zero), dot(one, of_zero), dot(two, of_zero), dot(one, of_one),
+        dot(one, of_two), dot(two, of_two),
+    )  # fmt: skip
+
+
+@inline
+def _response(
+    lane: int, turns: bool, width: int, middle: Any, constraints: Array, points: Array
+) -> Any:
+    """Return B without its masses: 00, 01, 02, 11, 12, 22; middle: x, y of what takes part."""
+    arms = _arms_of(lane, lane, middle, constraints, points)
+    arms = _added_arms(arms, _arms_of(lane + width, lane, middle, constraints, points))
+    arms = _added_arms(arms, _arms_of(lane + 2 * width, lane, middle, constraints, points))
+    arms = _added_arms(arms, _arms_of(lane + 3 * width, lane, middle, constraints, points))
+    normal = wide_lanes.vector(constraints, lane + constraint.NORMAL)
+    row_a, row_b = lane + constraint.INVERSE_INERTIA_A, lane + constraint.INVERSE_INERTIA_B
+    return _added_six(
+        _response_of(row_a, turns, normal, arms[:3], constraints),
+        _response_of(row_b, turns, normal, arms[3:], constraints),
+    )
+
+
+@inline
+def _solved(m: Any, d: Any) -> Any:
+    """
+    Solve a system of three that is not negative, by its factors L D L^T: 00, 01, 02, 11, 12, 22.
+    What depends on those before it is 0.
+    """
+    m_00, m_01, m_02, m_11, m_12, m_22 = m
+    i_0 = 1.0 / m_00
+    l_1, l_2 = m_01 * i_0, m_02 * i_0
+    d_1 = m_11 - l_1 * m_01
+    n_12 = m_12 - l_1 * m_02
+    has_1 = d_1 > SINGULAR * m_11
+    i_1 = 1.0 / (d_1 if has_1 else 1.0)
+    i_1 = i_1 if has_1 else 0.0
+    l_3 = n_12 * i_1
+    d_2 = m_22 - l_2 * m_02 - l_3 * n_12
+    has_2 = d_2 > SINGULAR * m_22
+    i_2 = 1.0 / (d_2 if has_2 else 1.0)
+    i_2 = i_2 if has_2 else 0.0
+    y_1 = d[1] - l_1 * d[0]
+    y_2 = d[2] - l_2 * d[0] - l_3 * y_1
+    z = y_2 * i_2
+    y = y_1 * i_1 - l_3 * z
+    return d[0] * i_0 - l_1 * y - l_2 * z, y, z
+
+
+def _changes(lane: int, constraints: Array, points: Array, scratch: Array) -> Any:
+    """
+    Return the change of the points of a lane: at the first, and along the two tangents per way
+    from there; zeros where it does not stir.
+    """
+    count, s_x, s_y = wide_lanes.vector(scratch, lane + lane_scratch.WHOLE_PLACES)
+    s_xx, _, s_yy = wide_lanes.vector(scratch, lane + lane_scratch.WHOLE_SQUARES)
+    r, r_x, r_y = wide_lanes.vector(scratch, lane + lane_scratch.WHOLE_DRIVES)
+    stirs = scratch[lane + lane_scratch.WHOLE_STIRS] > 0.0
+    share = 1.0 / (count if stirs else 1.0)
+    x, y = share * s_x, share * s_y
+    inverse_mass = (
+        constraints[lane + constraint.INVERSE_MASS_A]
+        + constraints[lane + constraint.INVERSE_MASS_B]
+    )
+    b_00, b_01, b_02, b_11, b_12, b_22 = _response(lane, TURNS, WIDTH, (x, y), constraints, points)
+    b_00 += count * count * inverse_mass
+    if SOFT:
+        c, c_x, c_y = wide_lanes.vector(scratch, lane + lane_scratch.WHOLE_SOFTNESS)
+        c_xx, c_xy, c_yy = wide_lanes.vector(scratch, lane + lane_scratch.WHOLE_SOFT_SQUARES)
+        b_00, b_01, b_02 = b_00 + c, b_01 + (c_x - x * c), b_02 + (c_y - y * c)
+        b_11 += c_xx - x * (2.0 * c_x - x * c)
+        b_12 += c_xy - x * c_y - y * (c_x - x * c)
+        b_22 += c_yy - y * (2.0 * c_y - y * c)
+    # along one of them nothing is told apart where the points lie across it
+    p, q = s_xx - x * s_x, s_yy - y * s_y
+    wide, broad = p > LINE * (q + POINT), q > LINE * (p + POINT)
+    zero, one, two = _solved(
+        (
+            b_00 if stirs else 1.0, b_01 if wide else 0.0, b_02 if broad else 0.0,
+            b_11 if wide else 0.0, b_12 if wide & broad else 0.0, b_22 if broad else 0.0,
+        ),
+        (-r, x * r - r_x, y * r - r_y),
+    )  # fmt: skip
+    if not stirs:
+        return 0.0, 0.0, 0.0
+    return zero - (one * x + two * y), one, two
+
+
+def _part(row: int, lane: int, change: Any, constraints: Array, points: Array) -> Any:
+    """Return the impulse that a point has, as far as it has come, and its part of the change."""
+    field = contact_point.RESTITUTION_NORMAL if BOUNCING else contact_point.NORMAL_IMPULSE
+    impulse = points[row + field]
+    # half of the warm start is still to come, before the motion, of what presses
+    warm = points[row + contact_point.WARM_NORMAL] if SOFT else 0.0
+    before = impulse - warm if impulse > 0.0 else 0.0
+    x, y = _place(row, lane, constraints, points)
+    takes_part = points[row + contact_point.TAKES_PART] > 0.0
+    part = change[0] + (x * change[1] + y * change[2])
+    return before, part if takes_part else 0.0
+
+
+@inline
+def _sooner(row: int, part: Any, before: Any, points: Array) -> Any:
+    """
+    Return what of two points comes to no impulse sooner: what it has, and what it is to give up.
+    A point that has none, and would be given less, is dropped.
+
+    part   : what the point of the row has, and its part of the change
+    before : the same of another, with a sign: what it has, and what it is to give up
+    """
+    gives_up = -part[1]
+    less, has = gives_up > 0.0, part[0] > 0.0
+    points[row + contact_point.DROPPED] = (
+        1.0 if less & (not has) else points[row + contact_point.DROPPED]
+    )
+    is_sooner = less & (part[0] * before[1] < before[0] * gives_up)
+    return part[0] if is_sooner else before[0], gives_up if is_sooner else before[1]
+
+
+def _give_to_point(row: int, share: float, part: Any, points: Array) -> Any:
+    """
+    Give a point a share of its part; return what it is given, and that times its arms.
+
+    part : what it has, and its part
+    """
+    field = contact_point.RESTITUTION_NORMAL if BOUNCING else contact_point.NORMAL_IMPULSE
+    warm = points[row + contact_point.WARM_NORMAL] if SOFT else 0.0
+    before = part[0]
+    now = before + share * part[1]
+    now = now if now > ROUNDING * before else 0.0
+    given = share * part[1] != 0.0
+    # else it keeps its bits
+    new = now + warm if now > 0.0 else 0.0
+    points[row + field] = new if given else points[row + field]
+    change = now - before if given else 0.0
+    arm_a, arm_b = wide_lanes.arms(points, row)
+    return change, scale(change, arm_a), scale(change, arm_b)
+
+
+@inline
+def _together(given: Any, more: Any) -> Any:
+    """Add what points have been given."""
+    return given[0] + more[0], add(given[1], more[1]), add(given[2], more[2])
+
+
+@inline
+def _larger(one: float, other: float) -> Any:
+    """Return the larger one of two sizes."""
+    return other if other > one else one
+
+
+@inline
+def _apply(lane: int, given: Any, constraints: Array, scratch: Array) -> None:
+    """Give the bodies of a lane what all its points have been given: see `_give_to_point`."""
+    total, moment_a, moment_b = given
+    normal = wide_lanes.vector(constraints, lane + constraint.NORMAL)
+    angular_a = wide_lanes.vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_A)
+    angular_b = wide_lanes.vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_B)
+    angular_a = subtract(angular_a, cross(moment_a, normal))
+    angular_b = add(angular_b, cross(moment_b, normal))
+    wide_lanes.add_to_vector(scratch, lane + lane_scratch.IMPULSE, total, normal)
+    wide_lanes.put_vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_A, angular_a)
+    wide_lanes.put_vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_B, angular_b)
+
+
+def _give(lanes: int, constraints: Array, points: Array, scratch: Array) -> None:
+    """
+    Give what the points of each lane that stirs have in common to them and to its bodies.
+
+    points : all points of each lane
+    """
+    for lane in range(lanes):
+        change = changes(lane, constraints, points, scratch)
+        part_1 = part_of(lane, lane, change, constraints, points)
+        part_2 = part_of(lane + WIDTH, lane, change, constraints, points)
+        part_3 = part_of(lane + 2 * WIDTH, lane, change, constraints, points)
+        part_4 = part_of(lane + 3 * WIDTH, lane, change, constraints, points)
+        soonest = _sooner(lane, part_1, (1.0, 1.0), points)
+        soonest = _sooner(lane + WIDTH, part_2, soonest, points)
+        soonest = _sooner(lane + 2 * WIDTH, part_3, soonest, points)
+        soonest = _sooner(lane + 3 * WIDTH, part_4, soonest, points)
+        share = soonest[0] / soonest[1]
+        one = give_to_point(lane, share, part_1, points)
+        two = give_to_point(lane + WIDTH, share, part_2, points)
+        three = give_to_point(lane + 2 * WIDTH, share, part_3, points)
+        four = give_to_point(lane + 3 * WIDTH, share, part_4, points)
+        largest = _larger(scratch[lane + lane_scratch.LARGEST_CHANGE], abs(one[0]))
+        largest = _larger(_larger(largest, abs(two[0])), abs(three[0]))
+        scratch[lane + lane_scratch.LARGEST_CHANGE] = _larger(largest, abs(four[0]))
+        given = _together(_together(_together(one, two), three), four)
+        _apply(lane, given, constraints, scratch)
+
+
+def visit(
+    kind: str, width: int, *, turns: bool, arcs: bool, layered: bool, on_rims: bool
+) -> tuple[Callable[..., Any], Callable[..., Any]]:
+    """
+    Make the kernels of a pass: they sum up what points have in common, and give it to them.
+
+        kind    : solve, relax or restore
+        width   : numbers of a point
+        turns   : whether the inertia of anything turns with it
+        arcs    : something turns but balls about their centres
+        layered : something is a ball or a capsule
+        on_rims : a cylinder may touch
+    """
+    offered: dict[str, Any] = {
+        'SOFT': kind == 'solve',
+        'BOUNCING': kind == 'restore',
+        'WIDTH': width,
+        'TURNS': turns,
+        'RIMS': on_rims,
+        'BENDS': arcs,
+        'LAYERED': layered,
+    }
+    name = f'{kind}_{width}'
+    inside = {
+        'law': _law,
+        'changes': _changes,
+        'part_of': _part,
+        'give_to_point': _give_to_point,
+        'sums_of': _sums_of,
+    }
+    for slot_name, source in inside.items():
+        offered[slot_name] = specialise(source, name=name, inlined=True, offered=offered)
+    return (
+        specialise(_sum_up, name=name, offered=offered),
+        specialise(_give, name=name, offered=offered),
+    )
