@@ -110,13 +110,13 @@ def find_bends(
 
 
 @inline
-def bend_of_point(lane: int, layered: bool, points: Array, scratch: Array) -> Any:
-    """Return b of a point of a lane, see the module [m/s]."""
-    arm_a, arm_b = wide_lanes.arms(points, lane)
+def bend_of_point(row: int, lane: int, layered: bool, points: Array, scratch: Array) -> Any:
+    """Return b of a point of a lane, see the module [m/s]; row: where it begins in the lane."""
+    arm_a, arm_b = wide_lanes.arms(points, row)
     bend_a = wide_lanes.vector(scratch, lane + lane_scratch.BEND_A)
     bend_b = wide_lanes.vector(scratch, lane + lane_scratch.BEND_B)
     bend = dot(bend_b, arm_b) - dot(bend_a, arm_a)
     if layered:
-        gap = points[lane + contact_point.SEPARATION]
+        gap = points[row + contact_point.SEPARATION]
         bend += scratch[lane + lane_scratch.BEND] + gap * scratch[lane + lane_scratch.BEND_BY_GAP]
     return bend

@@ -344,7 +344,7 @@ def _solve_normals(
             constraints, lane, mass, separation, beyond, inverse_h, slop, cap
         )
         if BENDS:
-            bias += bends.bend_of_point(lane, LAYERED, points, scratch)
+            bias += bends.bend_of_point(lane, lane, LAYERED, points, scratch)
         # half of the warm start is still to come, of what presses
         pressed = old > 0.0
         warm = points[lane + contact_point.WARM_NORMAL]

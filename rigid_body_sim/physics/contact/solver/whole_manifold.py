@@ -40,6 +40,7 @@ from rigid_body_sim.physics.arrays import Array
 from rigid_body_sim.physics.compile.kernels import inline, slot, specialise
 from rigid_body_sim.physics.contact.collision.geometry import manifold
 from rigid_body_sim.physics.contact.solver import (
+    bends,
     constraint,
     contact_point,
     lane_scratch,
@@ -170,13 +171,7 @@ def _law(
             constraints, lane, mass, separation, impulse, inverse_h, slop, cap
         )
         if BENDS:
-            arm_a, arm_b = wide_lanes.arms(points, row)
-            bend_a = wide_lanes.vector(scratch, lane + lane_scratch.BEND_A)
-            bend_b = wide_lanes.vector(scratch, lane + lane_scratch.BEND_B)
-            bias += dot(bend_b, arm_b) - dot(bend_a, arm_a)
-            if LAYERED:
-                bias += scratch[lane + lane_scratch.BEND]
-                bias += separation * scratch[lane + lane_scratch.BEND_BY_GAP]
+            bias += bends.bend_of_point(row, lane, LAYERED, points, scratch)
     else:
         is_new = points[row + contact_point.WARM_NORMAL] <= 0.0
         bias = separation * inverse_h if is_open & is_new else 0.0
@@ -475,32 +470,6 @@ def _give_to_point(row: int, share: float, part: Any, points: Array) -> Any:
     return change, scale(change, arm_a), scale(change, arm_b)
 
 
-@inline
-def _together(given: Any, more: Any) -> Any:
-    """Add what points have been given."""
-    return given[0] + more[0], add(given[1], more[1]), add(given[2], more[2])
-
-
-@inline
-def _larger(one: float, other: float) -> Any:
-    """Return the larger one of two sizes."""
-    return other if other > one else one
-
-
-@inline
-def _apply(lane: int, given: Any, constraints: Array, scratch: Array) -> None:
-    """Give the bodies of a lane what all its points have been given: see `_give_to_point`."""
-    total, moment_a, moment_b = given
-    normal = wide_lanes.vector(constraints, lane + constraint.NORMAL)
-    angular_a = wide_lanes.vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_A)
-    angular_b = wide_lanes.vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_B)
-    angular_a = subtract(angular_a, cross(moment_a, normal))
-    angular_b = add(angular_b, cross(moment_b, normal))
-    wide_lanes.add_to_vector(scratch, lane + lane_scratch.IMPULSE, total, normal)
-    wide_lanes.put_vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_A, angular_a)
-    wide_lanes.put_vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_B, angular_b)
-
-
 def _give(lanes: int, constraints: Array, points: Array, scratch: Array) -> None:
     """
     Give what the points of each lane that stirs have in common to them and to its bodies.
@@ -522,11 +491,7 @@ def _give(lanes: int, constraints: Array, points: Array, scratch: Array) -> None
         two = give_to_point(lane + WIDTH, share, part_2, points)
         three = give_to_point(lane + 2 * WIDTH, share, part_3, points)
         four = give_to_point(lane + 3 * WIDTH, share, part_4, points)
-        largest = _larger(scratch[lane + lane_scratch.LARGEST_CHANGE], abs(one[0]))
-        largest = _larger(_larger(largest, abs(two[0])), abs(three[0]))
-        scratch[lane + lane_scratch.LARGEST_CHANGE] = _larger(largest, abs(four[0]))
-        given = _together(_together(_together(one, two), three), four)
-        _apply(lane, given, constraints, scratch)
+        wide_lanes.apply_along_normal(lane, (one, two, three, four), constraints, scratch)
 
 
 def visit(

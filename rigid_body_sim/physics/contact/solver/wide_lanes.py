@@ -184,6 +184,41 @@ def apply_impulse(scratch: Array, lane: int, arm_a: Any, arm_b: Any, impulse: An
 
 
 @inline
+def _larger(one: float, other: float) -> Any:
+    """Return the larger one of two sizes."""
+    return other if other > one else one
+
+
+@inline
+def _together(given: Any, more: Any) -> Any:
+    """Add what two points have been given, and that times their arms."""
+    return given[0] + more[0], add(given[1], more[1]), add(given[2], more[2])
+
+
+@inline
+def apply_along_normal(lane: int, given: Any, constraints: Array, scratch: Array) -> None:
+    """
+    Give the bodies of a lane what its four points have been given along the normal; note the
+    largest.
+
+        given : of each point, what it has been given, and that times its arms on A and B
+    """
+    one, two, three, four = given
+    largest = _larger(scratch[lane + lane_scratch.LARGEST_CHANGE], abs(one[0]))
+    largest = _larger(_larger(largest, abs(two[0])), abs(three[0]))
+    scratch[lane + lane_scratch.LARGEST_CHANGE] = _larger(largest, abs(four[0]))
+    total, moment_a, moment_b = _together(_together(_together(one, two), three), four)
+    normal = vector(constraints, lane + constraint.NORMAL)
+    angular_a = vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_A)
+    angular_b = vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_B)
+    angular_a = subtract(angular_a, cross(moment_a, normal))
+    angular_b = add(angular_b, cross(moment_b, normal))
+    add_to_vector(scratch, lane + lane_scratch.IMPULSE, total, normal)
+    put_vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_A, angular_a)
+    put_vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_B, angular_b)
+
+
+@inline
 def apply_angular_impulse(scratch: Array, lane: int, impulse: Any) -> None:
     """Give B an angular impulse [N m s], and A its opposite."""
     angular_a = subtract(vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_A), impulse)
