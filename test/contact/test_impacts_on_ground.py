@@ -16,6 +16,7 @@ import math
 import numpy as np
 import pytest
 from scipy.spatial import Delaunay
+from scipy.spatial.transform import Rotation
 
 from rigid_body_sim import Simulation, load_scene
 from rigid_body_sim.exact import collision
@@ -30,6 +31,7 @@ BELOW = -1e5  # [m] nothing falls so far
 WITNESSES = 4  # bodies of each scene that come first
 FLAT = {'type': 'heightfield', 'spacing': 1.0, 'heights': [[0, 0], [0, 0]]}
 TWO_SLOPES = np.array([[0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4]])  # faces of a ridge or valley
+LOOKS_AT_RIDGE = 40
 HALF = 3.0  # [m] of the side of a piece of ground
 
 
@@ -54,7 +56,7 @@ def _body(name, shape, position, velocity, e, mu, spin):
     }  # fmt: skip
 
 
-def world(*bodies, ground=None, plane=None, mu=0.0, mode='event'):
+def world(*bodies, ground=None, plane=None, mu=0.0, mode='event', forces=()):
     """
     Start bodies over ground, a `Surface` or the shape of a scene; or over a plane, a unit normal.
     """
@@ -65,6 +67,7 @@ def world(*bodies, ground=None, plane=None, mu=0.0, mode='event'):
     scene = load_scene({
         'version': 1, 'name': 'impacts_on_ground', 'dt': DT, 'gravity': [0, 0, -GRAVITY],
         'contact': {'mode': mode},
+        'forces': list(forces),
         'bodies': [
             {'name': 'plane', 'shape': flat, 'friction': mu},
             {'name': 'ground', 'fixed': True, 'friction': mu,
@@ -212,6 +215,30 @@ def test_a_ball_leaves_a_corner_along_the_normal_between_corner_and_centre(besid
     pyramid = Surface(corners, np.array([[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1]]))
     sim = world(ball((*beside, 0.5), e=0.7), ground=pyramid)
     _strikes_at(sim, np.array([*beside, 0.0]), np.array(beside) / RADIUS, e=0.7)
+
+
+@pytest.mark.parametrize('beside', ['nothing', pytest.param('drag', marks=pytest.mark.long)])
+def test_an_edge_is_struck_where_it_crosses_the_ridge_it_falls_on(beside):
+    """Also beside a force on something far away, with which ticks are cut at impacts."""
+    drag = {'type': 'drag', 'body': 'far_ball', 'linear': 0.3}
+    forces = [drag] if beside == 'drag' else []
+    corners = [[-3, -3, -0.06], [0, -3, 0], [3, -3, -0.06]]
+    corners += [[-3, 3, -0.06], [0, 3, 0], [3, 3, -0.06]]
+    ridge = Surface(np.array(corners, float), TWO_SLOPES)
+    for seed in range(LOOKS_AT_RIDGE):
+        rng = np.random.default_rng(seed)
+        heading, roll = rng.uniform(-0.4, 0.4), math.radians(rng.uniform(30, 60))
+        turn = Rotation.from_euler('ZX', [heading, roll])  # the edges of 0.2 m are level
+        spin = turn.apply(rng.normal(size=3) * [2.0, 0.02, 0.02])
+        start = (rng.uniform(-0.02, 0.02), 0.0, rng.uniform(0.35, 0.45))
+        falls = box(start, e=0.5, spin=spin, turn=turn.as_quat())
+        sim = world(falls, ground=ridge, forces=forces)
+        impacts = sim.impacts()
+        while not len(impacts):
+            sim.step()
+            impacts = sim.impacts()
+            assert sim.time < 0.3, seed
+        np.testing.assert_allclose(impacts.point[0][[0, 2]], 0.0, rtol=0, atol=1e-9)
 
 
 def _strikes_at(sim, under, across, e):

@@ -66,6 +66,8 @@ from rigid_body_sim.physics.vectors import cross, dot, load, negate, scale, stor
 
 LEVEL = 1e-7  # [-] of an edge: corners whose heights differ by less are of one feature
 PARALLEL = 1e-12  # [-] squared sine of the angle of edges that have no common normal
+NEARLY = 1e-6  # [rad] so little from an axis that touches, a better one is meant
+NO_VECTOR = (0.0, 0.0, 0.0)
 FAR = 1e300  # [m] the margin of a pair kernel that is to answer at any distance
 
 collide = slot('kernel (type of A, type of B, ...): finds the manifold of any pair of the scene')
@@ -172,25 +174,33 @@ def _gap(a: int, b: int, normal: Any, flights: Flights) -> float:
 
 
 @inline
-def _better(a: int, b: int, normal: Any, best: Any, flights: Flights) -> Any:
-    """Return the better of an axis and its opposite with its gap, or the best one so far."""
+def _better(a: int, b: int, normal: Any, known: Any, best: Any, flights: Flights) -> Any:
+    """
+    Return the better of an axis and its opposite with its gap, or the best one so far.
+
+        known : a unit vector to which it is near; a zero vector: any
+    """
     for turn in range(2):
         other = normal if turn == 0 else negate(normal)
         gap = _gap(a, b, other, flights)
-        if gap > best[1]:
+        away = subtract(other, known)
+        if gap > best[1] and (dot(known, known) == 0.0 or dot(away, away) < NEARLY * NEARLY):
             best = other, gap
     return best
 
 
 @inline
-def _better_across(a: int, b: int, row: int, edge: Any, best: Any, flights: Flights) -> Any:
+def _better_across(
+    a: int, b: int, row: int, edge: Any, known: Any, best: Any, flights: Flights
+) -> Any:
     """The same of the common normals of an edge of A and those of a triangle."""
     for of_b in range(3):
         along = _edge_of(row, of_b, flights.colliders)
         normal = cross(edge, along)
         squared = dot(normal, normal)
         if squared > PARALLEL * dot(edge, edge) * dot(along, along):
-            best = _better(a, b, scale(1.0 / math.sqrt(squared), normal), best, flights)
+            normal = scale(1.0 / math.sqrt(squared), normal)
+            best = _better(a, b, normal, known, best, flights)
     return best
 
 
@@ -198,36 +208,36 @@ def _better_across(a: int, b: int, row: int, edge: Any, best: Any, flights: Flig
 def _axis_of_touch(a: int, b: int, known: Any, flights: Flights) -> Any:
     """
     Return the axis along which a polyhedron, or a cylinder, and the triangle that is asked are
-    farthest apart, where they touch: a known one that will do, or the best of the separating axes.
+    farthest apart, where they touch: the best of the separating axes, or a known one that will do
+    where none is better nearby. What was followed from apart is off by what GJK leaves, and an
+    edge of which it shows one end is no corner.
     """
     colliders = flights.colliders
     parameters, place = colliders.parameters, pose_of_side(0, flights)
-    best = known, _gap(a, b, known, flights)
-    if best[1] > -TOUCHING * lever_of(a, colliders):
-        return known
+    best, near = (known, _gap(a, b, known, flights)), known
+    if not best[1] > -TOUCHING * lever_of(a, colliders):
+        near = NO_VECTOR
     row = int(parameters[surface_of(b, colliders) + ASKED])
     kind = colliders.table[a * collider_record.SIZE + collider_record.TYPE]
-    best = _better(a, b, load(parameters, row + NORMAL), best, flights)
+    best = _better(a, b, load(parameters, row + NORMAL), near, best, flights)
     if kind == HULL:
         hull = Hull(parameters, surface_of(a, colliders))
         for face in range(int(parameters[hull.begin + FACES])):
             normal = load(parameters, planes_of(hull) + FACE * face + PLANE_NORMAL)
             normal = pose.to_world(colliders.poses, place, normal)
-            gap = _gap(a, b, normal, flights)
-            if gap > best[1]:
-                best = normal, gap
+            best = _better(a, b, normal, near, best, flights)
         for index in range(int(parameters[hull.begin + EDGES])):
             edge = edges_of(hull) + EDGE * index
             start = vertex(hull, int(parameters[edge + START]))
             along = subtract(vertex(hull, int(parameters[edge + END])), start)
             along = pose.to_world(colliders.poses, place, along)
-            best = _better_across(a, b, row, along, best, flights)
+            best = _better_across(a, b, row, along, near, best, flights)
         return best[0]
     for index in range(3):
         if kind == BOX or index == 2:
             normal = pose.axis(colliders.poses, place, index)
-            best = _better(a, b, normal, best, flights)
-            best = _better_across(a, b, row, normal, best, flights)
+            best = _better(a, b, normal, near, best, flights)
+            best = _better_across(a, b, row, normal, near, best, flights)
     return best[0]
 
 
