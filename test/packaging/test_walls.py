@@ -49,7 +49,7 @@ SPEAK_ROS = {'ros', 'testing', 'verbs.sim_node', 'verbs.view', 'verbs.wrench_pub
 FLOORS = {  # room -> rooms and lone modules in it, the lowest first: arrows go down
     'physics': (
         'errors', 'arrays', 'compile', 'vectors', 'model', 'state', 'forces', 'integration',
-        'diagnostics', 'contact', 'validation', 'stepper', 'simulation',
+        'contact', 'diagnostics', 'validation', 'stepper', 'simulation',
     ),
     'physics.contact': (
         'pair_rules', 'settings', 'suited_integrators', 'tick_settings', 'tick_counts',
