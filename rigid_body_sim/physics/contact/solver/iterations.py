@@ -57,7 +57,6 @@ TURNS = slot('[-] whether the inertia of anything turns with it, or changes')
 RIMS = slot('[-] whether a cylinder may touch')
 BENDS = slot('[-] whether anything turns but balls about their centres')
 LAYERED = slot('[-] whether anything is a ball or a capsule')
-SLIDES = slot('[-] whether friction follows what presses')
 PATCHES = slot('[-] whether anything may touch at several points')
 # of one point of each lane, in batches of one point; where there are several, without friction
 solve_point = slot('kernel (lanes, constraints, points, ...): solves normals, soft')
@@ -164,7 +163,6 @@ def _as_a_whole(
         if not whole_manifold.any_stirs(used, scratch):
             break
         give_as_a_whole(lanes, constraints, points, scratch)
-    whole_manifold.rest(lanes, WIDTH, SLIDES, constraints, points, scratch)
 
 
 @kernel
@@ -323,6 +321,7 @@ def _solve_normals(
             rolling_frame.find_bends(used, inverse_h, constraints, scratch, bodies)
         if is_lone:
             solve_as_a_whole(lanes, used, constraints, points, scratch, inverse_h, slop, cap)
+            whole_manifold.rest(lanes, WIDTH, False, constraints, points, scratch)
         point = 0
         while point < near:
             points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
@@ -447,6 +446,7 @@ def _relax(
             if is_lone:
                 points = rows[first : first + MOST * WIDTH]
                 relax_as_a_whole(lanes, used, constraints, points, scratch, inverse_h, 0.0, 0.0)
+                whole_manifold.rest(lanes, WIDTH, True, constraints, points, scratch)
             point = 0
             while point < near:
                 points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
@@ -628,7 +628,7 @@ def solver(
         )
         offered[f'{kind}_as_a_whole'] = specialise(
             _as_a_whole, name=f'{kind}_{width}', sum_up_whole=sums, give_as_a_whole=gives,
-            WIDTH=width, SLIDES=kind == 'relax',
+            WIDTH=width,
         )  # fmt: skip
     offered['relax_friction'] = patch_friction.relaxation(turns=turns)
     passes = {

@@ -435,11 +435,11 @@ def _part(row: int, lane: int, change: Any, constraints: Array, points: Array) -
 @inline
 def _sooner(row: int, part: Any, before: Any, points: Array) -> Any:
     """
-    Return what of two points comes to no impulse sooner: what it has, and what it is to give up.
-    A point that has none, and would be given less, is dropped.
+    Return of the point that comes to no impulse first what it has, and what it is to give up. A
+    point that has none, and would be given less, is dropped.
 
     part   : what the point of the row has, and its part of the change
-    before : the same of another, with a sign: what it has, and what it is to give up
+    before : what is returned, of the points before it; at first 1 and 1: the whole change
     """
     gives_up = -part[1]
     less, has = gives_up > 0.0, part[0] > 0.0
@@ -472,7 +472,7 @@ def _give_to_point(row: int, share: float, part: Any, points: Array) -> Any:
 
 def _give(lanes: int, constraints: Array, points: Array, scratch: Array) -> None:
     """
-    Give what the points of each lane that stirs have in common to them and to its bodies.
+    Give the points of each lane that stirs their impulses, and its bodies what these do.
 
     points : all points of each lane
     """
@@ -498,7 +498,7 @@ def visit(
     kind: str, width: int, *, turns: bool, arcs: bool, layered: bool, on_rims: bool
 ) -> tuple[Callable[..., Any], Callable[..., Any]]:
     """
-    Make the kernels of a pass: they sum up what points have in common, and give it to them.
+    Make the kernels of a pass: they sum up what takes part, and give it its impulses.
 
         kind    : solve, relax or restore
         width   : numbers of a point
