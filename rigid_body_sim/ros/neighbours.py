@@ -52,13 +52,18 @@ class Neighbours:
         if self._named in makers:
             makers.remove(self._named)
         names = sorted(
-            f'{space.rstrip("/")}/{name}' for name, space in makers if _UNKNOWN not in name + space
+            {
+                f'{space.rstrip("/")}/{name}'
+                for name, space in makers
+                if _UNKNOWN not in name + space
+            }
         )
         if not names:
             return []
         return [
             f'{self._clock} is published by {", ".join(names)} too: time jumps for whoever '
-            'listens; start all but one with publish_clock:=false (one that was killed stays '
+            'listens; start all but one with publish_clock:=false, and play no whole bag, but what '
+            'is wanted of it: ros2 bag play BAG --topics /<body>/wrench (one that was killed stays '
             f'known for {LEASE} s)'
         ]
 

@@ -7,11 +7,13 @@ commands that a flood loses are counted.
 
 import signal
 import time
+from types import SimpleNamespace
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import Vector3Stamped
 from rclpy.qos import ReliabilityPolicy
 
+from rigid_body_sim.ros.neighbours import Neighbours
 from rigid_body_sim.ros.qos_overrides import QosOverrides
 
 from .conftest import start
@@ -109,3 +111,21 @@ def test_an_override_that_no_topic_takes_is_named():
     force, deepness = overrides.warnings()
     assert given[2] in force
     assert given[1] in deepness
+
+
+def test_each_who_publishes_the_clock_is_named_once_with_the_cure():
+    def of(name, space='/'):
+        return SimpleNamespace(node_name=name, node_namespace=space)
+
+    heard = [of('player'), of('sim', '/lab'), of('player'), of('sim', '/lab'), of('player')]
+    node = SimpleNamespace(
+        get_name=lambda: 'sim',
+        get_namespace=lambda: '/lab',
+        get_fully_qualified_name=lambda: '/lab/sim',
+        get_node_names_and_namespaces=list,
+        get_publishers_info_by_topic=lambda _: heard,
+    )
+    (warning,) = Neighbours(node, clock='/clock').look()
+    assert 'by /lab/sim, /player too' in warning  # another of our name too; each once
+    assert 'publish_clock:=false' in warning
+    assert 'ros2 bag play BAG --topics' in warning
