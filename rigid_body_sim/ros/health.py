@@ -27,6 +27,7 @@ class Health:
     """
     The figures of one moment.
 
+    pauses               : how often it was paused, at its start too
     factor_asked         : real-time factor asked for; 0: as fast as possible
     factor               : reached in the last period
     overruns, lags       : see `Pacer`
@@ -72,6 +73,7 @@ class Health:
     failure: str = ''
     lost: int | None = 0
     lockstep: LockstepFigures | None = None
+    pauses: int = 0
 
     @property
     def level(self) -> int:
@@ -115,6 +117,7 @@ class Health:
             'real-time factor asked': f'{self.factor_asked:g}',
             'overruns': str(self.overruns),
             'lags': str(self.lags),
+            'pauses': str(self.pauses),
             'largest lateness [s]': f'{self.largest_lateness:.6f}',
             'last lateness [s]': f'{self.last_lateness:.6f}',
             'accepted commands': str(self.accepted),
@@ -164,12 +167,18 @@ class Health:
     def summary(self) -> str:
         """What to say when it is over."""
         return (
-            f'{self.tick} ticks, {self.time:g} s; overruns {self.overruns}, largest lateness '
-            f'{self.largest_lateness * 1e3:.3f} ms, last {self.last_lateness * 1e3:.3f} ms; '
-            f'commands {self.accepted}, refused {sum(self.refused.values())}'
-            f'{f", lost {self.lost}" if self.lost else ""}; '
+            f'{self.tick} ticks, {self.time:g} s; {self._pauses()}overruns {self.overruns}, lags '
+            f'{self.lags}, largest lateness {self.largest_lateness * 1e3:.3f} ms, last '
+            f'{self.last_lateness * 1e3:.3f} ms; commands {self.accepted}, refused '
+            f'{sum(self.refused.values())}{f", lost {self.lost}" if self.lost else ""}; '
             f'{self._energy()}'
         )
+
+    def _pauses(self) -> str:
+        said = [f'paused {self.pauses} time{"s" * (self.pauses != 1)}'] if self.pauses else []
+        if self.paused:
+            said.append('standing at the end')
+        return f'{", ".join(said)}; ' if said else ''
 
     def _energy(self) -> str:
         """What to say of the energy: its defect; where bodies meet, that it must not rise."""

@@ -62,9 +62,9 @@ class Neighbours:
             return []
         return [
             f'{self._clock} is published by {", ".join(names)} too: time jumps for whoever '
-            'listens; start all but one with publish_clock:=false, and play no whole bag, but what '
-            'is wanted of it: ros2 bag play BAG --topics /<body>/wrench (one that was killed stays '
-            f'known for {LEASE} s)'
+            'listens; start all but one with publish_clock:=false, and of a bag play only what is '
+            'wanted: ros2 bag play BAG --topics /<body>/wrench (one that was killed stays known '
+            f'for {LEASE} s)'
         ]
 
 

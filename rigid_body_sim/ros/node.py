@@ -169,6 +169,10 @@ class SimNode(Node):
         """Log a warning of the run; called by the thread that runs it."""
         self.get_logger().warning(text)
 
+    def say(self, text: str) -> None:
+        """Log what somebody asked of the run; called by the thread that runs it."""
+        self.get_logger().info(text)
+
     def report(self, health: Health) -> None:
         """Hand the figures to the executor's thread, which publishes them."""
         self._health = health

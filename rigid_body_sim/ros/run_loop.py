@@ -84,6 +84,8 @@ class RunLoop:
     stop    : set it to end the run as by a signal; a signal ends it too
 
     lockstep : how it waits for answers; None: time runs by itself
+    say      : takes a line when somebody pauses the run, lets it go on, resets it or changes its
+               pace: who finds it standing later can read when, and that it was asked for
 
     The states where it begins, at t = 0 or at a reset, are published before the first tick; while
     it is paused there, again every second, for whoever came later. A reset while a bag is open
@@ -103,6 +105,7 @@ class RunLoop:
         stop_time: float,
         paused: bool,
         lockstep: LockstepTurns | None = None,
+        say: Callable[[str], object] = lambda _: None,
     ) -> None:
         self.stop = False
         self.ending: Ending | None = None
@@ -113,8 +116,10 @@ class RunLoop:
         self._bags = bags
         self._publish = publish
         self._report = report
+        self._say = say
         self._report_period = round(report_period * 1e9)
         self._paused = paused
+        self._pauses = int(paused)
         self._pace = Pace()
         self._steps: Steps | None = None
         self._start: tuple[Batch, ...] = ()
@@ -308,13 +313,18 @@ class RunLoop:
             case 'record':
                 return self._record(bool(request.value))
             case 'real_time_factor':
-                self._pacer.set_factor(request.value, time.monotonic_ns())
-                self._restart()
+                self._set_factor(request.value)
             case 'stop_time':
                 self._stop_tick = self._tick_of(request.value)
             case 'command_timeout':
                 return self._set_command_timeout(request.value)
         return Answer(True, '')
+
+    def _set_factor(self, factor: float) -> None:
+        if factor != self._pacer.factor:
+            self._say(f'real_time_factor: {factor:g} from {self._where()} on')
+        self._pacer.set_factor(factor, time.monotonic_ns())
+        self._restart()
 
     def _set_command_timeout(self, seconds: float) -> Answer:
         if self._bags.is_open:
@@ -415,9 +425,13 @@ class RunLoop:
 
     def _pause(self, paused: bool) -> Answer:
         self._break_off('paused' if paused else 'resumed')
+        said = f'{"paused" if paused else "running"} at {self._where()}'
+        if paused != self._paused:
+            self._pauses += paused
+            self._say(f'pause: {said}')
         self._paused = paused
         self._restart()
-        return Answer(True, f'{"paused" if paused else "running"} at {self._where()}')
+        return Answer(True, said)
 
     def _note_terms(self) -> None:
         if self._lockstep is not None:
@@ -472,6 +486,7 @@ class RunLoop:
         self._publish_start()
         # closing a bag waits for the disk, most of a second where both are busy: no tick's fault
         self._pacer.restart(time.monotonic_ns())
+        self._say(said)
         return Answer(True, said)
 
     def _record(self, wanted: bool) -> Answer:
@@ -510,6 +525,7 @@ class RunLoop:
             tick=simulation.tick,
             time=simulation.time,
             paused=self._paused or (lockstep is not None and lockstep.timed_out),
+            pauses=self._pauses,
             lockstep=lockstep,
             factor_asked=pacer.factor,
             factor=pacer.factor_reached(now),

@@ -309,6 +309,7 @@ def _make_loop(
         stop_time=settings.stop_time,
         paused=settings.start_paused,
         lockstep=turns,
+        say=node.say,
     )
 
 

@@ -40,6 +40,28 @@ def test_a_paused_run_moves_by_steps_alone(start_node, meet):
     assert 'pause' in answer.message
 
 
+def test_who_finds_a_node_standing_reads_when_it_was_paused(start_node, meet):
+    node = start_node()
+    peer = meet(node)
+    for wanted in (True, True, False, True):  # who asks for what is so already changes nothing
+        assert peer.switch('pause', wanted).success
+    paused = peer.switch('pause', True).message
+    assert peer.trigger('reset').success
+    for _ in range(2):
+        assert peer.set('real_time_factor', 0.5).successful
+    assert peer.trigger('reset').success  # behind the parameter: what is served comes in turn
+    assert node.stop() == 0
+    said = [line.partition(': ')[2] for line in node.said.splitlines()]
+    told = [text for text in said if text.startswith('pause: ')]
+    assert [text.split()[1] for text in told] == ['paused', 'running', 'paused']
+    assert told[-1] == f'pause: {paused}'
+    assert sum('reset at tick' in text for text in said) == 2
+    assert sum('real_time_factor: 0.5 from tick' in text for text in said) == 1
+    (last,) = (text for text in said if text.startswith('signal: '))
+    assert 'paused 2 times, standing at the end; overruns' in last
+    assert ', lags 0, largest lateness' in last
+
+
 def test_a_step_of_many_ticks_lets_others_in(start_node, meet):
     node = start_node(start_paused='true')
     peer = meet(node)
