@@ -17,6 +17,8 @@ from rigid_body_sim.errors import UserError
 from rigid_body_sim.recording import bag_metadata
 from rigid_body_sim.recording.mcap_file import McapFile
 
+NOWHERE = Path()  # where a file is that was removed
+
 
 class PathTaken(UserError):
     """Something is where a new bag was to be; another process may have put it there just now."""
@@ -60,6 +62,31 @@ def open_file(directory: Path) -> FileIO:
             f'{file}: cannot be created ({error.strerror}); choose a place that can be written, '
             'or a shorter name'
         ) from error
+
+
+def where_it_went(stream: FileIO) -> Path | None:
+    """
+    Look whether the file of an open bag still stands where it was made.
+
+    returns : None: it does; else where it stands now, or NOWHERE
+    """
+    made, own = Path(os.fsdecode(stream.name)), os.fstat(stream.fileno())
+    try:
+        there = made.stat()
+    except (FileNotFoundError, NotADirectoryError):
+        pass
+    except OSError:  # nobody may look any more: nothing is known
+        return None
+    else:  # a file system that gives numbers anew has the same file, of the same size
+        if os.path.samestat(there, own) or there.st_size == own.st_size:
+            return None
+    if own.st_nlink == 0:
+        return NOWHERE
+    try:
+        now = Path(f'/proc/self/fd/{stream.fileno()}').readlink()
+        return now if os.path.samestat(now.stat(), own) else NOWHERE
+    except OSError:  # no Linux, or out of sight
+        return NOWHERE
 
 
 def remove(directory: Path) -> None:

@@ -42,6 +42,10 @@ _SHOWN_BY_ROSBAG2 = ('schema_version', 'dt_ns', 'integrator')
 _MEDIA_TYPES = {'.yaml': 'application/yaml', '.csv': 'text/csv', '.stl': 'model/stl'}
 
 
+class RecordingGone(RunError):
+    """The file that is written to does not stand any more where it was made."""
+
+
 class BagWriter:
     """
     One recording.
@@ -164,6 +168,7 @@ class BagWriter:
         try:
             self._queue.stop()
             self._raise_failure()
+            self._look_after_it()
             self._file.write_metadata(ENDING, sealed({**ending, **self._file.checksums()}))
             bag_directory.finish(
                 self.path, self._file, self._stream, topics=self._summaries(), custom=self._custom
@@ -184,6 +189,7 @@ class BagWriter:
         try:
             self._queue.stop()
             self._raise_failure()
+            self._look_after_it()
         finally:
             self._stream.close()
 
@@ -244,6 +250,7 @@ class BagWriter:
 
     def _write_chunk(self, batches: Sequence[Batch]) -> None:
         self._raise_failure()
+        self._look_after_it()
         try:
             chunk = join(batches)
             self._declare_topics(int(chunk.channels.max()))
@@ -256,6 +263,28 @@ class BagWriter:
         if self._failure is not None:
             raise self._failure
 
+    def _look_after_it(self) -> None:
+        """Fail where somebody removed or moved the file: nobody would find what is written."""
+        where = bag_directory.where_it_went(self._stream)
+        if where is not None:
+            self._failure = self._gone(where)
+            raise self._failure
+
+    def _gone(self, where: Path) -> RecordingGone:
+        said = f'{self.path}: the file of this recording was'
+        if where == bag_directory.NOWHERE:
+            return RecordingGone(
+                f'{said} removed while it was written, and what was recorded is lost; begin '
+                'again, and leave its folder alone'
+            )
+        told = 'nothing in it is of use; begin again'
+        if self._safe_tick and not self._is_derived:
+            told = (
+                f'ticks up to {self._safe_tick} are safe there; restore them with: bag recover '
+                f'{where} -o NEW'
+            )
+        return RecordingGone(f'{said} moved to {where} while it was written; {told}')
+
     def _not_begun(self, error: OSError) -> RunError:
         """Take away what was begun, so that its path is free again."""
         self._stream.close()
@@ -267,6 +296,10 @@ class BagWriter:
         )
 
     def _failed(self, error: OSError) -> RunError:
+        where = bag_directory.where_it_went(self._stream)
+        if where is not None:
+            self._failure = self._gone(where)
+            return self._failure
         told = 'nothing in it is of use; make room, remove it, and begin again'
         if self._safe_tick and not self._is_derived:
             told = (

@@ -26,6 +26,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.compile.kernels import warn_if_plain
+from rigid_body_sim.recording.bag_writer import RecordingGone
 from rigid_body_sim.recording.topic_names import names_on_the_wire
 from rigid_body_sim.ros import lockstep, standard
 from rigid_body_sim.ros.bags import Bags, need_free
@@ -161,6 +162,8 @@ def _say_the_end(node: SimNode, ending: Ending, bags: Bags) -> None:
         log.info(f'{ending.reason}: {words}')
     else:
         log.error(f'{ending.reason}: {" ".join(str(ending.problem).split())}; {words}')
+    if isinstance(ending.problem, RecordingGone):
+        return  # said: nothing stands at its path
     if bags.path is not None and bags.torn:
         log.error(
             f'recorded in part: {bags.path}, without an ending, as the run failed before it could '

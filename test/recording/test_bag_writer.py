@@ -308,6 +308,42 @@ def test_a_full_disk_ends_the_recording_and_names_what_is_safe(tmp_path, mode):
     assert check(tmp_path / 'saved') == []
 
 
+@pytest.mark.parametrize('background', [False, True])
+@pytest.mark.parametrize('how', ['folder removed', 'file removed', 'replaced', 'moved'])
+def test_a_recording_whose_file_is_taken_away_says_so_and_calls_nothing_safe(
+    tmp_path, run, mcap_of, how, background
+):
+    writer = run.open(tmp_path / 'run', background=background)
+    run.write(writer, 20)
+    writer.flush()
+    file, moved = mcap_of(tmp_path / 'run'), tmp_path / 'elsewhere'
+    if how == 'moved':
+        (tmp_path / 'run').rename(moved)
+    else:
+        file.unlink()
+    if how == 'folder removed':
+        (tmp_path / 'run').rmdir()
+    elif how == 'replaced':
+        file.write_bytes(b'another')
+    said = set()
+    run.write(writer, 10, first=20)
+    for call in (writer.flush, lambda: writer.write(run.state(30)), lambda: writer.close({})):
+        with pytest.raises(RunError) as error:
+            call()
+        said.add(str(error.value))
+    (line,) = said
+    assert line.startswith(f'{tmp_path / "run"}: the file of this recording was')
+    assert not (tmp_path / 'run' / 'metadata.yaml').exists()
+    if how == 'moved':
+        where = line.partition('bag recover ')[2].removesuffix(' -o NEW')
+        assert f'moved to {where}' in line
+        assert 'ticks up to 20 are safe there' in line
+        assert recover(Path(where), tmp_path / 'saved').last_tick == 20
+    else:
+        assert 'recorded is lost' in line
+        assert 'safe' not in line
+
+
 def test_a_device_without_room_fails_at_the_first_byte_and_leaves_nothing(
     tmp_path, run, monkeypatch
 ):

@@ -268,6 +268,23 @@ def test_a_full_disk_ends_the_run_with_1_and_says_what_is_safe(start_node):
     assert 'Traceback' not in node.said
 
 
+@pytest.mark.parametrize('called', ['reset', 'record'])
+def test_a_recording_whose_folder_is_removed_fails_by_name(start_node, meet, called):
+    node = start_node(record='true', record_path='gone', start_paused='true', step_count=25)
+    peer = meet(node)
+    assert peer.trigger('step').success
+    (node.folder / 'gone' / 'gone_0.mcap').unlink()  # metadata could be written beside nothing
+    answer = peer.trigger('reset') if called == 'reset' else peer.switch('record', False)
+    assert not answer.success
+    assert 'gone: the file of this recording was removed' in answer.message
+    assert 'what was recorded is lost' in answer.message
+    assert node.wait() == 1
+    assert 'safe' not in node.said
+    assert 'bag recover' not in node.said
+    assert 'recorded: ' not in node.said
+    assert 'Traceback' not in node.said
+
+
 def test_a_recording_that_could_not_begin_on_a_full_disk_can_be_begun_later(
     start_node, meet, run_verb
 ):
