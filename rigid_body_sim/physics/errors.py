@@ -83,13 +83,15 @@ class SimulationDiverged(RuntimeError):
         body  : str  name of the first body (scene order) with a non-finite state
         tick  : int  the tick that produced it; the state before that tick is kept
         cause : str  what to look at
+        found : str  of it, what was seen, where the rest is a guess; empty: there is none
     """
 
-    def __init__(self, *, body: str, tick: int, cause: str) -> None:
+    def __init__(self, *, body: str, tick: int, cause: str, found: str = '') -> None:
         super().__init__(f'{body!r} diverged in tick {tick}: {cause}')
         self.body = body
         self.tick = tick
         self.cause = cause
+        self.found = found
 
 
 class SimulationBusy(RuntimeError):

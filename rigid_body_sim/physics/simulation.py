@@ -32,6 +32,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rigid_body_sim.physics.compile.kernels import warn_if_plain
+from rigid_body_sim.physics.diagnostics import extreme_commands
 from rigid_body_sim.physics.diagnostics.energy_balance import (
     NOT_IN_MOTION,
     EnergyBalance,
@@ -68,6 +69,7 @@ from rigid_body_sim.physics.validation import check_record
 Array = NDArray[np.float64]
 
 NO_VECTOR: Vector = (0.0, 0.0, 0.0)
+NOT_FINITE = 'its state is no longer finite'
 START_MARK = b'begun at'  # as a number 4e252: none of a state
 
 
@@ -451,14 +453,29 @@ class Simulation:
 
     def _diverged(self) -> SimulationDiverged:
         core, parts = self._stepper.first_diverged(), substeps_of_contact(self.scene)
+        body, found = self._layout.body(core).name, self._stepper.cause or NOT_FINITE
         steps = f', {parts} substeps of contact in a step,' if parts > 1 else ''
-        return SimulationDiverged(
-            body=self._layout.body(core).name,
-            tick=self.tick,
-            cause=f'{self._stepper.cause or "its state is no longer finite"}; with '
-            f'{self.integrator.name} at dt = {self.dt:g} s{steps} the limits are: '
-            f'{self.integrator.stability}; take a smaller dt or another integrator',
+        why = self._extreme_command() or (
+            f'with {self.integrator.name} at dt = {self.dt:g} s{steps} the limits are: '
+            f'{self.integrator.stability}; take a smaller dt or another integrator'
         )
+        return SimulationDiverged(body=body, tick=self.tick, cause=f'{found}; {why}', found=found)
+
+    def _extreme_command(self) -> str:
+        """Name what is held of a size that no method follows; empty: nothing is."""
+        found = extreme_commands.NONE
+        for (core, _), slot in self._held.slots.items():
+            body = self._layout.body(core)
+            held = extreme_commands.of_push(
+                mass=body.mass,
+                moment=extreme_commands.least_moment(body),
+                force=slot.force,
+                torque=slot.torque,
+                dt=self.dt,
+            )
+            if held.share > found.share:
+                found = held.of(repr(body.name))
+        return found.blame if found.is_extreme else ''
 
     def set_wrench(
         self,

@@ -31,12 +31,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.errors import UserError
+from rigid_body_sim.physics.diagnostics import extreme_commands
 from rigid_body_sim.physics.diagnostics.conserved_groups import (
     ConservedGroups,
     GroupDrifts,
     KeptQuantity,
 )
 from rigid_body_sim.physics.diagnostics.energy_balance import EnergyBalance
+from rigid_body_sim.physics.diagnostics.extreme_commands import Excess
 from rigid_body_sim.physics.diagnostics.invariants import Drift, DriftMeter
 from rigid_body_sim.physics.errors import SimulationDiverged
 from rigid_body_sim.physics.forces.held_wrenches import FOREVER, Slot
@@ -250,6 +252,8 @@ class Run:
                 'nothing where bodies meet; replay the bag with half the dt instead'
             )
         self._reference = ReferenceRun(simulation) if settings.estimate_error else None
+        self._extreme: dict[str, Excess] = {}  # commands since the start or a reset, by body
+        self._moments: dict[str, tuple[float, float]] = {}  # mass and least moment, when asked for
         self._warn = warn
         self._restart_warnings()
         self.energy = EnergyLog(
@@ -353,7 +357,45 @@ class Run:
             consumed.append((self._command_topic[command.body, command.kind], command.message))
         return consumed
 
+    def _note_its_size(self, command: Command) -> None:
+        """Keep the most extreme command to each body, for the words of a run that diverges."""
+        dt, asked, name = self.simulation.dt, command.state, command.body
+        if asked is not None:
+            excess = extreme_commands.of_state(
+                position=asked.position, velocity=asked.linear, spin=asked.angular, dt=dt
+            )
+        else:
+            timeout = self.command_timeout_ns * 1e-9 or extreme_commands.LONGEST_HOLD
+            if name not in self._moments:
+                body = self.simulation.scene.bodies[self._index[name]]
+                self._moments[name] = body.mass, extreme_commands.least_moment(body)
+            mass, moment = self._moments[name]
+            excess = extreme_commands.of_push(
+                mass=mass,
+                moment=moment,
+                force=command.force,
+                torque=command.torque,
+                dt=dt,
+                seconds=None if command.acts_at_once else timeout,
+            )
+        if excess.share > max(1.0, self._extreme.get(name, extreme_commands.NONE).share):
+            topic = self._command_topic[name, command.kind]
+            self._extreme[name] = excess.of(f'{topic} in tick {self.simulation.tick}')
+
+    def _with_its_command(self, diverged: SimulationDiverged) -> SimulationDiverged:
+        """Blame a command to the body, or to another one, where it was of an extreme size."""
+        if not self._extreme or not diverged.found:
+            return diverged
+        excess = self._extreme.get(diverged.body) or extreme_commands.worst(self._extreme.values())
+        return SimulationDiverged(
+            body=diverged.body,
+            tick=diverged.tick,
+            cause=f'{diverged.found}; {excess.blame}',
+            found=diverged.found,
+        )
+
     def _apply(self, command: Command) -> None:
+        self._note_its_size(command)
         self._touched.add(self._index[command.body])
         impulse = self._issue(command, self.simulation)
         if impulse is not None:
@@ -447,10 +489,10 @@ class Run:
         stop = min(stop, max(tick + 1, simulation.next_expiry))
         try:
             self._step_to(stop)
-        except SimulationDiverged:
+        except SimulationDiverged as diverged:
             if mark is not None:
                 simulation.return_to(mark)
-            raise
+            raise self._with_its_command(diverged) from None
         if changing:
             self._close_stretch()
         if self._is_published(stop):
@@ -642,6 +684,7 @@ class Run:
             self._reference = ReferenceRun(self.simulation)
         self._applied = np.zeros_like(self._applied)
         self._commanded = False
+        self._extreme = {}
         self._impacts = []
         self._orientation_drift = self.simulation.orientation_drift()
         self._meter = DriftMeter(

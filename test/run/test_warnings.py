@@ -14,6 +14,9 @@ import pytest
 from rigid_body_sim import Simulation, SimulationDiverged, load_scene
 from rigid_body_sim.physics.integration.integrators import INTEGRATORS
 from rigid_body_sim.recording.bag_reader import Bag
+from rigid_body_sim.runs.asked_states import AskedState
+from rigid_body_sim.runs.commands import Command
+from rigid_body_sim.runs.run import Run, RunSettings
 from rigid_body_sim.scene.shipped_scenes import find_scene
 
 from .conftest import SCENES
@@ -262,6 +265,61 @@ def test_who_takes_others_along_when_it_diverges_is_named_with_its_steps():
         sim.step(300)
     assert error.value.body == 'ball'
     assert 'at dt = 0.02 s, 4 substeps of contact in a step, the limits' in str(error.value)
+
+
+@pytest.mark.usefixtures('plain_source')
+@pytest.mark.parametrize(
+    ('command', 'words'),
+    [
+        (
+            Command('box', 'torque', torque=(0, 3e11, 4e11)),
+            '/box/torque in tick 30: torque of 5e+11 N m, which gives 2.4e+13 rad/s within 0.2 s',
+        ),
+        (
+            Command('box', 'impulse', torque=(1e12, 1e12, 0)),
+            '/box/impulse in tick 30: angular impulse of 1.41e+12 N m s, which gives 3.39e+14 rad',
+        ),
+        (
+            Command('box', 'set_state', state=AskedState(angular=(6e9, 8e9, 0))),
+            '/box/set_state in tick 30: angular velocity of 1e+10 rad/s',
+        ),
+    ],
+)
+def test_a_command_of_absurd_size_is_blamed_for_the_run_that_it_ends(command, words):
+    run = Run(Simulation(load_scene(BOX.encode())), RunSettings(publish_every=10))
+    modest = Command('box', 'torque', torque=(1e-3, 0, 0))
+    with pytest.raises(SimulationDiverged) as error:
+        for _, _output in run.follow({10: [modest], 30: [command], 31: [modest]}, 200):
+            pass
+    said = str(error.value)
+    assert "'box' diverged in tick 3" in said
+    assert f'its state is no longer finite; likely by the command to {words}' in said
+    assert said.endswith('check its size and unit')
+    assert 'smaller dt' not in said
+
+
+@pytest.mark.usefixtures('plain_source')
+def test_of_a_run_that_no_command_ends_none_is_blamed():
+    pushed = [Command('ball', 'force', force=(100.0, 0, 0))]
+    run = Run(Simulation(load_scene(STIFF.encode())), RunSettings(publish_every=10))
+    with pytest.raises(SimulationDiverged, match='take a smaller dt or another integrator'):
+        for _, _output in run.follow(dict.fromkeys(range(0, 1000, 10), pushed), 1000):
+            pass
+    run.reset()
+    # what was asked before a reset has no part in what comes after it
+    run.advance(1, [Command('ball', 'set_state', state=AskedState((1e12, 0, 0)))])
+    run.reset()
+    with pytest.raises(SimulationDiverged, match='take a smaller dt or another integrator'):
+        for _, _output in run.follow({}, run.simulation.tick + 1000):
+            pass
+
+
+@pytest.mark.usefixtures('plain_source')
+def test_what_is_held_of_absurd_size_is_blamed_without_a_topic_too():
+    sim = Simulation(load_scene(BOX.encode()))
+    sim.set_wrench('box', torque=(0, 3e11, 4e11))
+    with pytest.raises(SimulationDiverged, match=r"command to 'box': torque of 5e\+11 N m, which"):
+        sim.step(100)
 
 
 def rates(made):
