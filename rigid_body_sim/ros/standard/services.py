@@ -343,9 +343,10 @@ def _put(asked: MotionAsked, index: int, visit: Visit) -> tuple[bool, str | None
     """Hand a state to the coming tick; whether its pose is bad, and why it is refused."""
     now = _with_asked(visit.run.simulation.state, visit)
     motion = asked.motion
+    x, y, z = now.position[index].tolist()
+    i, j, k, w = now.orientation[index].tolist()
+    as_it_is = AskedState((x, y, z), (i, j, k, w))
     if not asked.pose:
-        x, y, z = now.position[index].tolist()
-        i, j, k, w = now.orientation[index].tolist()
         motion = replace(motion, position=(x, y, z), orientation=(i, j, k, w))
     if not asked.twist:
         x, y, z = now.velocity[index].tolist()
@@ -358,5 +359,9 @@ def _put(asked: MotionAsked, index: int, visit: Visit) -> tuple[bool, str | None
     reason = visit.inbox.receive(asked.entity, KIND, command.message)
     if reason is None:
         return False, None
-    pose_alone = replace(command, state=AskedState(motion.position, motion.orientation))
-    return visit.run.rules.refusal(pose_alone) is not None, reason
+    pose_alone = AskedState(motion.position, motion.orientation)
+    refusals = (
+        visit.run.rules.refusal(replace(command, state=one)) for one in (pose_alone, as_it_is)
+    )
+    pose_is_bad = next(refusals) is not None and next(refusals) is None  # or any would be refused
+    return pose_is_bad, reason
