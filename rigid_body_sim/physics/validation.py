@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from rigid_body_sim.physics.errors import InvalidModel, blaming, choose_from, path_text
+from rigid_body_sim.physics.model.finite_energy import need_finite_energy, need_finite_weight
 from rigid_body_sim.physics.model.inertia_over_time import check_inertia_over_time
 from rigid_body_sim.physics.model.inertia_tensor import check_inertia
 from rigid_body_sim.physics.model.named_frames import check_frame_names
@@ -71,6 +72,10 @@ def check_scene(scene: Scene) -> None:
     with blaming('contact'):
         _check_contact(scene.contact)
     names = _check_bodies(scene)
+    for i, body in enumerate(scene.bodies):
+        if not body.fixed:
+            with blaming('bodies', i, 'mass'):
+                need_finite_weight(float(body.mass), scene.gravity, body.initial.position)
     with blaming('contact'):
         _check_pair_rules(scene.contact, names)
     with blaming('forces'):
@@ -306,6 +311,7 @@ def _check_motion(body: Body) -> None:
         _check_attitude(motion.orientation)
     if not body.fixed:
         _check_momenta(body)
+    _check_energies(body)
     if body.fixed and body.motion is None and any((*motion.velocity, *motion.angular_velocity)):
         raise InvalidModel('a fixed body does not move; remove its velocities, or fixed')
     if body.is_point and (any(motion.angular_velocity) or motion.orientation != IDENTITY):
@@ -326,6 +332,20 @@ def _check_momenta(body: Body) -> None:
             'the momentum, mass times velocity, is beyond the largest number; check the units '
             '(m, kg, s)'
         )
+
+
+def _check_energies(body: Body) -> None:
+    """Refuse a place or a motion whose energy is no number."""
+    mass = 0.0 if body.fixed else float(body.mass)
+    moment = 0.0 if body.fixed or body.inertia is None else float(np.trace(body.inertia))
+    for field, unit, weight in (
+        ('position', 'm', mass),
+        ('velocity', 'm/s', mass),
+        ('angular_velocity', 'rad/s', moment),
+    ):
+        with blaming(field):
+            values = list(map(float, getattr(body.initial, field)))
+            need_finite_energy(f'the {field}'.replace('_', ' '), values, unit=unit, weight=weight)
 
 
 def _check_material(material: Any) -> None:

@@ -27,7 +27,9 @@ from functools import cached_property
 from pathlib import Path
 
 from rigid_body_sim.errors import UserError
+from rigid_body_sim.physics.diagnostics.extreme_commands import least_moment
 from rigid_body_sim.physics.errors import MOST_NAMED, InvalidModel
+from rigid_body_sim.physics.model.finite_energy import CURE
 from rigid_body_sim.physics.model.named_frames import (
     at_center,
     find_frame,
@@ -44,6 +46,8 @@ from rigid_body_sim.scene import numerals, regular_file
 
 KINDS = tuple(COMMAND_TYPES)
 NO_VECTOR: Vector = (0.0, 0.0, 0.0)
+MOST = 1e154  # [N], [N m], [N s], [N m s], whose square is still a number
+USUAL = 1e9  # of the same, above which a command is looked at
 LATEST = 2.0**31  # [s] what a stamp holds
 FORCE_COLUMNS, TORQUE_COLUMNS = ('fx', 'fy', 'fz'), ('tx', 'ty', 'tz')
 WRENCH_COLUMNS = FORCE_COLUMNS + TORQUE_COLUMNS
@@ -161,6 +165,9 @@ class CommandRules:
             return reason
         if not all(map(math.isfinite, (*command.force, *command.torque))):
             return f'{command.kind} for {body.name!r} is not finite; send finite numbers'
+        reason = _too_large(command, body)
+        if reason is not None:
+            return reason
         if body.is_point and any(command.torque):
             return (
                 f'torque on the point mass {body.name!r}, which has no orientation; send a force'
@@ -197,6 +204,25 @@ class CommandRules:
             if name == body.name or find_frame(body, name) is not None:
                 return body.name
         return None
+
+
+def _too_large(command: Command, body: Body) -> str | None:
+    """Say that work and energy of a command are beyond the numbers; None: they are not."""
+    is_impulse, s = command.kind == 'impulse', ' s' * (command.kind == 'impulse')
+    for values, unit in ((command.force, f'N{s}'), (command.torque, f'N m{s}')):
+        size = math.hypot(*values)
+        if size <= USUAL:
+            continue
+        most = MOST
+        if is_impulse:  # J^2 / m, H^2 / I
+            moment = least_moment(body) if values is command.torque else body.mass
+            most *= math.sqrt(min(1.0, moment))
+        if not size <= most:
+            return (
+                f'{command.kind} for {body.name!r} of {size:.3g} {unit}: its square is beyond the '
+                f'numbers, and so would be its work; allowed: up to {most:.3g} {unit}; {CURE}'
+            )
+    return None
 
 
 def encode(command: Command) -> bytes:

@@ -78,7 +78,7 @@ def test_a_tolerance_can_be_asked_for():
 
 @pytest.mark.parametrize('name', ['scipy_dop853', 'scipy_radau'])
 def test_a_solver_that_fails_stops_the_run(name):
-    sim = Simulation(scenes.top(omega=(1e160, 1e160, 1e159), dt=1.0), integrator=name)
+    sim = Simulation(scenes.top(omega=(1e149, 1e149, 1e148), dt=1.0), integrator=name)
     with pytest.raises(SimulationDiverged, match='scipy'):
         sim.step()
 

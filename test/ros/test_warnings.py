@@ -32,7 +32,7 @@ def test_a_limit_passed_on_the_way_turns_the_diagnostics_to_warn(start_node, mee
 
 
 def test_an_energy_beyond_all_numbers_is_warned_of_until_a_reset(start_node, meet, messages):
-    node = start_node(diagnostics_period=0.1)
+    node = start_node(diagnostics_period=0.1, command_timeout=0.0)
     peer = meet(node)
     statuses = []
     subscription = peer.node.create_subscription(
@@ -45,7 +45,8 @@ def test_an_energy_beyond_all_numbers_is_warned_of_until_a_reset(start_node, mee
 
     peer.until(lambda: statuses, 'diagnostics')
     assert not is_told()
-    peer.sender('box/wrench', WrenchStamped).publish(messages.wrench((1e300, 0, 0)))
+    # 0.5 kg: half m v^2 is beyond 1.8e308 after 1.4 s
+    peer.sender('stone/wrench', WrenchStamped).publish(messages.wrench((9.9e153, 0, 0)))
     peer.until(is_told, 'the warning')
     assert statuses[-1].level == DiagnosticStatus.WARN
     assert beyond in statuses[-1].message

@@ -183,7 +183,7 @@ def test_a_bag_of_a_version_that_knew_fewer_commands_is_no_other_run():
 @pytest.mark.filterwarnings('ignore:overflow')  # on the way to infinity
 @pytest.mark.parametrize('kind', ['set_state', 'impulse'])
 def test_a_command_that_breaks_a_run_is_in_neither_bag_nor_state(tmp_path, kind):
-    wild = AskedState(angular=(0, 0, 1e307))
+    wild = AskedState(angular=(0, 0, 1e149))
     commands = {
         10: [asked('box', MOVED)],
         20: [
@@ -242,6 +242,12 @@ def test_a_pivot_lets_a_body_turn_and_nothing_else():
         ({'angular_velocity': 'fast'}, 'angular_velocity'),
         ({'velocity': (1e308, 0, 0)}, 'beyond the largest number'),
         ({'angular_velocity': (1e308, 0, 0)}, 'beyond the largest number'),
+        ({'angular_velocity': (0, 1e151, 0)}, 'angular velocity of 1e.151 rad/s has no finite'),
+        (
+            {'velocity': (1e200, 0, 0)},
+            r'velocity of 1e.200 m/s has no finite.*up to 7.07e.149',
+        ),
+        ({'position': (0, 0, -1e308)}, r'position of 1e.308 m has no finite energy.*\(m, kg, s\)'),
         ({'position': (0, 0, 1), 'frame': 'nozzle'}, "frame 'nozzle'; allowed: world, body"),
     ],
 )
@@ -275,6 +281,15 @@ def test_a_point_mass_takes_position_and_velocity_alone():
         (asked('box', AskedState(linear=(math.nan, 0, 0))), 'three finite numbers'),
         (asked('ball', AskedState(orientation=TURN)), 'does not turn'),
         (asked('box', AskedState(linear=(1e308, 0, 0))), 'beyond the largest number'),
+        (asked('box', AskedState((0, 1e308, 0))), 'the position of 1e+308 m has no finite energy'),
+        (Command('ball', 'force', (0, 1e200, 0)), 'of 1e+200 N: its square is'),
+        (Command('box', 'wrench', torque=(1.7e308, 0, 0)), 'of 1.7e+308 N m: its square'),
+        (Command('box', 'wrench', (1.7e308, 1.7e308, 0)), 'of inf N: its square'),
+        (
+            Command('ball', 'impulse', (1e160, 0, 0)),
+            'of 1e+160 N s: its square',
+        ),
+        (Command('box', 'impulse', torque=(9e153, 0, 0)), 'N m s: its square'),
         (asked('stone', AskedState()), 'no body is named'),
         (asked('floor', AskedState()), 'is fixed'),
     ],

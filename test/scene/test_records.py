@@ -57,6 +57,18 @@ def refused(scene: Scene) -> str:
         ({'shape_orientation': (0, 0, 1, 1)}, 'bodies[0].shape_orientation: got'),
         ({'initial': Motion(velocity=(0, math.inf, 0))}, 'bodies[0].initial.velocity: got'),
         ({'initial': Motion(velocity=(1.7e308, 0, 0))}, 'bodies[0].initial: the momentum'),
+        (
+            {'initial': Motion(velocity=(0, 1e200, 0))},
+            'bodies[0].initial.velocity: the velocity of 1e+200 m/s has no finite energy',
+        ),
+        (
+            {'initial': Motion(position=(0, 1e308, 0))},
+            'bodies[0].initial.position: the position of 1e+308 m has no finite energy',
+        ),
+        (
+            {'initial': Motion(angular_velocity=(0, 1e151, 0))},
+            'bodies[0].initial.angular_velocity: the angular velocity of 1e+151 rad/s has no',
+        ),
         ({'initial': None}, 'bodies[0].initial: got None; a Motion'),
         ({'material': Material(restitution=2.0)}, 'bodies[0].material.restitution: got 2.0'),
         ({'mass_flow': MassFlow(NAN)}, 'bodies[0].mass_flow.rate: got nan'),

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.errors import InvalidModel, choose_from
 from rigid_body_sim.physics.model import rotation as so3
+from rigid_body_sim.physics.model.finite_energy import need_finite_energy
 from rigid_body_sim.physics.model.inertia_over_time import moments_at
 from rigid_body_sim.physics.model.numbers import checked_vector, shown
 from rigid_body_sim.physics.model.pivot import arm_of, inertia_of
@@ -160,7 +161,7 @@ def check_placement(
     body: Body, asked: Placement, attitude: Array | None = None, spin: Array | None = None
 ) -> None:
     """
-    Refuse what would tear a body off its pivot, or has a momentum beyond the numbers.
+    Refuse what would tear a body off its pivot, or has a momentum or an energy beyond the numbers.
 
     attitude, spin : orientation (4,) and angular velocity (3,) [rad/s], world axes, that it will
                      have; None: those that are asked
@@ -180,6 +181,15 @@ def check_placement(
             f'state of {body.name!r}: the momentum, mass times velocity, is beyond the largest '
             'number; check the units (m, kg, s)'
         )
+    moment = 0.0 if body.is_point else _largest_moment(body)
+    for name, values, unit, weight in (
+        ('position', asked.position, 'm', body.mass),
+        ('velocity', asked.velocity, 'm/s', body.mass),
+        ('angular velocity', asked.angular_velocity, 'rad/s', moment),
+    ):
+        if values is not None:
+            said = f'state of {body.name!r}: the {name}'
+            need_finite_energy(said, values, unit=unit, weight=weight)
 
 
 def _largest_moment(body: Body) -> float:
