@@ -337,7 +337,7 @@ def _check_momenta(body: Body) -> None:
 def _check_energies(body: Body) -> None:
     """Refuse a place or a motion whose energy is no number."""
     mass = 0.0 if body.fixed else float(body.mass)
-    moment = 0.0 if body.fixed or body.inertia is None else float(np.trace(body.inertia))
+    moment = 0.0 if body.fixed or body.inertia is None else sum(np.diag(body.inertia).tolist())
     for field, unit, weight in (
         ('position', 'm', mass),
         ('velocity', 'm/s', mass),

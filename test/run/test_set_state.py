@@ -245,7 +245,7 @@ def test_a_pivot_lets_a_body_turn_and_nothing_else():
         ({'angular_velocity': (0, 1e151, 0)}, 'angular velocity of 1e.151 rad/s has no finite'),
         (
             {'velocity': (1e200, 0, 0)},
-            r'velocity of 1e.200 m/s has no finite.*up to 7.07e.149',
+            r'velocity of 1e.200 m/s has no finite.*up to 5e.149',
         ),
         ({'position': (0, 0, -1e308)}, r'position of 1e.308 m has no finite energy.*\(m, kg, s\)'),
         ({'position': (0, 0, 1), 'frame': 'nozzle'}, "frame 'nozzle'; allowed: world, body"),

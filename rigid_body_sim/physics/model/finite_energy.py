@@ -3,12 +3,13 @@
 """
 Where and how a body may be, so that its energy is a number.
 
-    w x^2 <= LARGEST^2,   x^2 <= LARGEST^2
+    w |x| <= LARGEST,   |x| <= LARGEST
         x : position [m] of the centre of mass, its velocity [m/s], angular velocity [rad/s]
         w : mass [kg], or the largest moment of inertia [kg m^2]
 
-Energies add, and gravity and springs multiply what stands here: LARGEST leaves them room. A state
-that a run comes to is not judged here: it is warned of when its energy has no numbers any more.
+Momenta are squared; energies add, and gravity and springs multiply what stands here: LARGEST leaves
+them room, but for a spring that is itself beyond all measure. A state that a run comes to is not
+judged here: it is warned of when its energy has no numbers any more.
 """
 
 from __future__ import annotations
@@ -26,9 +27,9 @@ def need_finite_energy(said: str, values: Sequence[float], *, unit: str, weight:
     """
     Refuse numbers that square beyond the largest one; InvalidModel, which begins with `said`.
 
-    weight : [kg] or [kg m^2], by which the square is multiplied
+    weight : [kg] or [kg m^2], which makes a momentum of them
     """
-    size, most = math.hypot(*values), LARGEST / math.sqrt(max(1.0, weight))
+    size, most = math.hypot(*values), LARGEST / max(1.0, weight)
     if not size <= most:
         raise InvalidModel(
             f'{said} of {size:.3g} {unit} has no finite energy, for its square is beyond the '
