@@ -20,7 +20,11 @@ from typing import Any
 import numpy as np
 
 from rigid_body_sim.physics.errors import InvalidModel, blaming, choose_from, path_text
-from rigid_body_sim.physics.model.finite_energy import need_finite_energy, need_finite_weight
+from rigid_body_sim.physics.model.finite_energy import (
+    LARGEST,
+    need_finite_energy,
+    need_finite_weight,
+)
 from rigid_body_sim.physics.model.inertia_over_time import check_inertia_over_time
 from rigid_body_sim.physics.model.inertia_tensor import check_inertia
 from rigid_body_sim.physics.model.named_frames import check_frame_names
@@ -338,6 +342,10 @@ def _check_energies(body: Body) -> None:
     """Refuse a place or a motion whose energy is no number."""
     mass = 0.0 if body.fixed else float(body.mass)
     moment = 0.0 if body.fixed or body.inertia is None else sum(np.diag(body.inertia).tolist())
+    motion = body.initial
+    size = math.hypot(*motion.position, *motion.velocity, *motion.angular_velocity)
+    if size * max(1.0, mass, moment) <= LARGEST:  # as a rule
+        return
     for field, unit, weight in (
         ('position', 'm', mass),
         ('velocity', 'm/s', mass),

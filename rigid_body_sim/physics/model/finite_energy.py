@@ -7,9 +7,9 @@ Where and how a body may be, so that its energy is a number.
         x : position [m] of the centre of mass, its velocity [m/s], angular velocity [rad/s]
         w : mass [kg], or the largest moment of inertia [kg m^2]
 
-Momenta are squared; energies add, and gravity and springs multiply what stands here: LARGEST leaves
-them room, but for a spring that is itself beyond all measure. A state that a run comes to is not
-judged here: it is warned of when its energy has no numbers any more.
+Momenta are squared; energies add, and gravity and springs multiply what stands here: LARGEST
+leaves them room, but for a spring that is itself beyond all measure. A state that a run comes to
+is not judged here: it is warned of when its energy has no numbers any more.
 """
 
 from __future__ import annotations
