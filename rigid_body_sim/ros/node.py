@@ -276,7 +276,10 @@ class SimNode(Node):
                 request.give(Answer(False, ENDED))
         assert request.answer is not None
         if name == 'record' or not request.answer.granted:
-            self.get_logger().info(f'{name}: {request.answer.message}')
+            said = request.answer.message.removeprefix(
+                f'{name}: '
+            )  # a refusal names what it refuses
+            self.get_logger().info(f'{name}: {said}')
         return request.answer
 
     def _judge(self, given: list[Parameter]) -> SetParametersResult:

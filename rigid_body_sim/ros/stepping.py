@@ -25,8 +25,8 @@ class StepsAsked:
 
     count    : steps; a tick each, in lock-step a period
     progress : is told how many are done and how many are left, by the thread of the run: after
-               each step; of more than MOST_SAID after every so many that there are as many, and
-               whenever TELL seconds went by. None: nobody is told
+               each step; of more than MOST_SAID as often, evenly, and whenever TELL nanoseconds
+               went by. None: nobody is told
     """
 
     count: int
@@ -39,7 +39,7 @@ class Steps:
     def __init__(self, request: Request) -> None:
         self.request = request
         self._asked: StepsAsked = request.value
-        self._every = -(-self._asked.count // MOST_SAID)
+        self._parts = min(self._asked.count, MOST_SAID)  # after each of which somebody is told
         self._said = time.monotonic_ns()
         self._saying = self._asked.progress is not None
         self.done = 0
@@ -59,16 +59,23 @@ class Steps:
         """Steps that may be done before somebody is told."""
         if self._asked.progress is None:
             return self.left
-        return min(self.left, self._every - self.done % self._every)
+        return self._end_of_part - self.done
+
+    @property
+    def _end_of_part(self) -> int:
+        """The first step after those that are done with which a part ends."""
+        part = self.done * self._parts // self._asked.count + 1
+        return -(-part * self._asked.count // self._parts)
 
     def note(self, steps: int) -> None:
         """Count steps that were done, and tell of them."""
+        end = self._end_of_part
         self.done += steps
         progress = self._asked.progress
         if progress is None or not steps:
             return
         now = time.monotonic_ns()
-        self._saying = self.done % self._every == 0 or not self.left or now >= self._said + TELL
+        self._saying = self.done >= end or now >= self._said + TELL
         if self._saying:
             self._said = now
             progress(self.done, self.left)

@@ -164,6 +164,12 @@ def check_view(scene: Scene, settings: ViewSettings, world_frame: str) -> list[s
     returns : names of the bodies that have topics of their own
     """
     check_frames(scene, settings, world_frame)
+    for name, value in (('frame_prefix', settings.frame_prefix), ('world_frame', world_frame)):
+        if any(letter.isspace() or not letter.isprintable() for letter in value):
+            raise UserError(
+                f'{name}: got {value!r}; allowed: a text without blanks and control characters, '
+                'which no name of a frame has'
+            )
     check_world_frame(scene, settings, world_frame)
     if settings.contact_wrenches and scene.contact.get('mode', 'none') == 'none':
         raise UserError(

@@ -34,6 +34,8 @@ ROOT = Path(__file__).parents[2]
         ('step_mode:=some', ['step_mode', 'free']),
         ('lockstep_topics:=[a]', ['lockstep_topics', 'step_mode:=lockstep']),
         ('frame_prefix:=/lab', ['frame_prefix', '/lab']),
+        ("frame_prefix:='a b/'", ['frame_prefix', "'a b/'", 'without blanks']),
+        ("world_frame:='my map'", ['world_frame', "'my map'", 'without blanks']),
         ('body_topics:=nobody', ['body_topics', 'nobody']),
         ("world_frame:=''", ['world_frame']),
         ('world_frame:=box', ['world_frame', "'box' of the scene", 'such as world']),
