@@ -276,9 +276,7 @@ class SimNode(Node):
                 request.give(Answer(False, ENDED))
         assert request.answer is not None
         if name == 'record' or not request.answer.granted:
-            said = request.answer.message.removeprefix(
-                f'{name}: '
-            )  # a refusal names what it refuses
+            said = request.answer.message.removeprefix(f'{name}: ')  # some refusals begin so
             self.get_logger().info(f'{name}: {said}')
         return request.answer
 

@@ -137,6 +137,10 @@ def test_a_reset_ends_the_bag_and_begins_another(start_node, meet, run_verb):
     node = start_node(record='true', record_path='run', start_paused='true', step_count=25)
     peer = meet(node)
     assert peer.trigger('step').success
+    refused = peer.set('command_timeout', 1.0)
+    assert refused.reason.startswith('command_timeout: got 1 s while recording to run;')
+    peer.until(lambda: refused.reason in node.said, 'the refusal in the log')
+    assert 'command_timeout: command_timeout:' not in node.said
     answer = peer.trigger('reset')
     assert 'run_2' in answer.message
     assert peer.trigger('step').success
