@@ -24,6 +24,7 @@ from rigid_body_sim.physics.model.finite_energy import (
     LARGEST,
     need_finite_energy,
     need_finite_weight,
+    need_square,
 )
 from rigid_body_sim.physics.model.inertia_over_time import check_inertia_over_time
 from rigid_body_sim.physics.model.inertia_tensor import check_inertia
@@ -72,7 +73,7 @@ def check_scene(scene: Scene) -> None:
     with blaming('integrator_options'):
         _need(scene.integrator_options, Mapping, 'a mapping of options by name')
     with blaming('gravity'):
-        numbers(scene.gravity, 3, unit='m/s^2')
+        need_square(math.hypot(*numbers(scene.gravity, 3, unit='m/s^2')), unit='m/s^2')
     with blaming('contact'):
         _check_contact(scene.contact)
     names = _check_bodies(scene)
@@ -422,8 +423,8 @@ def _check_setting(value: Any, known: Mapping[str, Any], names: Collection[str])
         if not isinstance(value, str) or value not in known['choices']:
             raise InvalidModel(f'got {shown(value)}{choose_from(value, known["choices"])}')
     elif kind in ('point', 'vector'):
-        numbers(value, 3, unit=unit)
+        need_square(math.hypot(*numbers(value, 3, unit=unit)), unit=unit)
     elif kind == 'number':
-        number(value, unit=unit, minimum=known.get('minimum'))
+        need_square(abs(number(value, unit=unit, minimum=known.get('minimum'))), unit=unit)
         if known.get('positive') and value <= 0:
             raise InvalidModel(f'got {shown(value)}; a positive number [{unit}] is needed')

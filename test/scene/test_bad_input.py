@@ -251,6 +251,34 @@ def test_extreme_numbers_raise_nothing_but_what_is_ours(place: str, value: float
         simulation.apply_impulse('a', linear=(value, 0, 0))
 
 
+@pytest.mark.parametrize(
+    ('changes', 'reason'),
+    [
+        ({'gravity': [0, 0, -1e200]}, 'gravity: got 1e.200 m/s.2, whose square .*up to 1e.150'),
+        (
+            {'forces': [{'type': 'constant', 'body': 'a', 'force': [1e200, 0, 0]}]},
+            r'forces\[0\].force: got 1e.200 N, whose square is beyond the numbers',
+        ),
+        (
+            {'forces': [{'type': 'spring', 'a': 'a', 'b': 'world', 'stiffness': 1e308}]},
+            r'forces\[0\].stiffness: got 1e.308 N/m, whose square',
+        ),
+        (
+            {'gravity': [0, 0, -1e149], 'bodies': [{'name': 'a', 'mass': 1e152}]},
+            r'bodies\[0\].mass: 1e.152 kg in a gravity of 1e.149 m/s.2, 1 m from the origin',
+        ),
+    ],
+)
+def test_what_pushes_without_a_finite_energy_is_refused(
+    changes: dict[str, object], reason: str
+) -> None:
+    scene = {'dt': 0.001, 'bodies': [{'name': 'a', 'mass': 1.0}]} | changes
+    for body in scene['bodies']:
+        body['shape'] = {'type': 'particle'}
+    with pytest.raises(UserError, match=reason):
+        load_scene(scene)
+
+
 @pytest.mark.filterwarnings('error')
 @pytest.mark.parametrize('value', [1e80, 1e100, 1e160])
 def test_ground_of_any_size_under_any_weight_raises_nothing_but_what_is_ours(value: float) -> None:

@@ -37,6 +37,15 @@ def need_finite_energy(said: str, values: Sequence[float], *, unit: str, weight:
         )
 
 
+def need_square(size: float, *, unit: str) -> None:
+    """Refuse what pushes bodies and squares beyond the largest number."""
+    if not size <= LARGEST:
+        raise InvalidModel(
+            f'got {size:.3g} {unit}, whose square is beyond the numbers; allowed: up to '
+            f'{LARGEST:.3g} {unit}; {CURE}'
+        )
+
+
 def need_finite_weight(mass: float, gravity: Sequence[float], position: Sequence[float]) -> None:
     """Refuse a body whose weight, or energy in gravity, is beyond the largest number."""
     pull, height = math.hypot(*gravity), max(1.0, math.hypot(*position))
