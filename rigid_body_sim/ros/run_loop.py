@@ -211,9 +211,12 @@ class RunLoop:
         """Take the answers and go to the next instant; a signal or the stop time may be nearer."""
         lockstep, simulation = self._lockstep, self._run.simulation
         assert lockstep is not None
-        commands = lockstep.take(self._inbox.take(), now)
         tick = simulation.tick
-        end = min(tick + lockstep.period, self._end)
+        # within a period nobody is waited for: the stop time was there and has been put off
+        commands = self._inbox.take()
+        if tick % lockstep.period == 0:
+            commands = lockstep.take(commands, now)
+        end = min(lockstep.next_instant(tick), self._end)
         while simulation.tick < end and not self._stopped:
             self._do(end - simulation.tick, commands)
             commands = []

@@ -14,7 +14,7 @@ from dataclasses import asdict
 from itertools import groupby
 from pathlib import Path
 
-from rigid_body_sim.errors import UserError
+from rigid_body_sim.errors import RunError, UserError
 from rigid_body_sim.physics.compile.kernels import warn_if_plain
 from rigid_body_sim.physics.errors import SimulationDiverged
 from rigid_body_sim.physics.model.scene import Scene
@@ -188,15 +188,21 @@ def _record(
     look_every = every * max(1, ticks // every // DRIFT_SAMPLES)
     recorder = RunRecorder(whole, arguments.output, look_every=look_every)
     started = time.monotonic()
-    reason, code = 'error', 0
+    reason, code, failed = 'error', 0, ''
     try:
         _advance(whole, recorder, ticks, timed, quiet=arguments.json)
         reason = 'duration' if simulation.tick == ticks else 'signal'
     except SimulationDiverged as diverged:
-        reason, code = 'diverged', 1
-        say(f'rigid_body_sim simulate: error: {diverged}; the bag holds the ticks before')
+        reason, code, failed = 'diverged', 1, f'rigid_body_sim simulate: error: {diverged}'
     finally:
-        recorder.close(reason)
+        try:
+            recorder.close(reason)
+        except RunError:
+            if failed:
+                say(failed)
+            raise
+    if failed:
+        say(f'{failed}; the bag holds the ticks before')
     wall = time.monotonic() - started
     if reason == 'signal':
         code = STOP.exit_code

@@ -9,6 +9,7 @@ from collections import deque
 
 import pytest
 
+from rigid_body_sim import Simulation
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.ros.inbox import Inbox
 from rigid_body_sim.ros.lockstep import (
@@ -23,7 +24,10 @@ from rigid_body_sim.ros.lockstep import (
     targets_of,
 )
 from rigid_body_sim.ros.lockstep_turns import LONGEST_WAIT, REPEAT, LockstepTurns
+from rigid_body_sim.ros.requests import Request
+from rigid_body_sim.ros.run_loop import RunLoop
 from rigid_body_sim.runs.commands import Command, CommandRules, encode, topics_of
+from rigid_body_sim.runs.run import Run, RunSettings
 from rigid_body_sim.scene import load_scene
 
 MS = 1_000_000  # [ns]
@@ -256,6 +260,37 @@ def test_the_real_time_factor_holds_back_and_is_not_caught_up_with():
 def test_a_reset_goes_on_to_an_instant_of_its_own():
     turns, *_ = make_turns()
     assert [turns.next_instant(tick) for tick in (0, 1, 9, 10, 15)] == [10, 10, 10, 20, 20]
+
+
+class NoBags:
+    """
+    Nothing is recorded.
+    """
+
+    is_open = False
+
+    def record(self, output, tick):
+        pass
+
+
+def test_a_stop_time_within_a_period_that_is_put_off_leads_to_the_next_instant():
+    turns, door, *_ = make_turns()
+    run = Run(Simulation(SCENE), RunSettings(publish_every=10))
+    loop = RunLoop(
+        run, inbox=Inbox(run.rules), bags=NoBags(), publish=id, report=id, report_period=1.0,
+        factor=0.0, stop_time=0.014, paused=False, lockstep=turns,
+    )  # fmt: skip
+    turns.reach(0, (), 0)
+    for stamp, stands_at in ((0, 10), (10, 14)):
+        assert turns.gate.offer(0, answer(0, stamp * MS, x=1)) is None
+        loop._advance_period(door.now)
+        assert run.simulation.tick == stands_at
+    answered = turns.gate.inbox.accepted
+    loop._answer(Request('stop_time', 1.0))
+    loop._advance_period(door.now)
+    assert run.simulation.tick == 20
+    assert not turns.gate.is_full  # it waits again
+    assert turns.gate.inbox.accepted == answered == 2
 
 
 @pytest.mark.parametrize(
