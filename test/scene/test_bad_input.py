@@ -280,6 +280,20 @@ def test_what_pushes_without_a_finite_energy_is_refused(
 
 
 @pytest.mark.filterwarnings('error')
+@pytest.mark.parametrize('integrator', ['dmv6', 'rk4', 'sdirk2', 'linearly_implicit'])
+def test_limits_of_a_speed_beyond_the_numbers_are_looked_at_without_a_word(
+    integrator: str,
+) -> None:
+    ball = {'name': 'a', 'shape': {'type': 'particle'}, 'mass': 1.0}
+    drag = {'type': 'drag', 'body': 'a', 'quadratic': 0.1}
+    simulation = Simulation(
+        load_scene({'dt': 0.001, 'bodies': [ball], 'forces': [drag]}), integrator=integrator
+    )
+    simulation.apply_impulse('a', linear=(1e200, 0, 0))  # its square is none
+    simulation.warnings()
+
+
+@pytest.mark.filterwarnings('error')
 @pytest.mark.parametrize('value', [1e80, 1e100, 1e160])
 def test_ground_of_any_size_under_any_weight_raises_nothing_but_what_is_ours(value: float) -> None:
     flat = {'type': 'heightfield', 'spacing': [value, value], 'heights': [[0, 0], [0, 0]]}

@@ -84,7 +84,8 @@ class StabilityWatch:
         with np.errstate(all='ignore'):  # a run about to diverge squares to infinity
             rates, limits = self.rates(state), self._limits(state)
         for kind in KINDS:
-            share = self._h * rates[kind] / (limits[kind] * ROUNDING)
+            with np.errstate(invalid='ignore'):  # both may be infinite
+                share = self._h * rates[kind] / (limits[kind] * ROUNDING)
             beyond = [int(core) for core in np.flatnonzero(share > 1.0)]
             known = (said or {}).get(kind, ())
             new = [core for core in beyond if int(self._layout.moving[core]) not in known]
