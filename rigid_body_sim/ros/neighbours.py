@@ -10,6 +10,8 @@ from __future__ import annotations
 
 from rclpy.node import Node
 
+from rigid_body_sim.ros.lockstep import shown
+
 LEASE = 20  # [s] that Fast DDS keeps a killed process on the graph
 _UNKNOWN = '_UNKNOWN_'  # in names that the middleware has not heard yet
 
@@ -61,7 +63,7 @@ class Neighbours:
         if not names:
             return []
         return [
-            f'{self._clock} is published by {", ".join(names)} too: time jumps for whoever '
+            f'{self._clock} is published by {shown(names)} too: time jumps for whoever '
             'listens; start all but one with publish_clock:=false, and of a bag play only what is '
             'wanted: ros2 bag play BAG --topics /<body>/wrench (one that was killed stays known '
             f'for {LEASE} s)'
