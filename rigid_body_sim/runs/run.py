@@ -253,7 +253,8 @@ class Run:
             )
         self._reference = ReferenceRun(simulation) if settings.estimate_error else None
         self._extreme: dict[str, Excess] = {}  # commands since the start or a reset, by body
-        self._moments: dict[str, tuple[float, float]] = {}  # mass and least moment, when asked for
+        self._masses: dict[str, dict[str, float]] = {}  # and least moments, of who was commanded
+        self._modest: dict[str, float] = {}  # size of a command that is not looked at any further
         self._warn = warn
         self._restart_warnings()
         self.energy = EnergyLog(
@@ -366,13 +367,15 @@ class Run:
             )
         else:
             timeout = self.command_timeout_ns * 1e-9 or extreme_commands.LONGEST_HOLD
-            if name not in self._moments:
+            if name not in self._masses:
                 body = self.simulation.scene.bodies[self._index[name]]
-                self._moments[name] = body.mass, extreme_commands.least_moment(body)
-            mass, moment = self._moments[name]
+                masses = {'mass': body.mass, 'moment': extreme_commands.least_moment(body)}
+                self._masses[name] = masses
+                self._modest[name] = extreme_commands.largest_modest(**masses, dt=dt)
+            if math.hypot(*command.force, *command.torque) <= self._modest[name]:
+                return
             excess = extreme_commands.of_push(
-                mass=mass,
-                moment=moment,
+                **self._masses[name],
                 force=command.force,
                 torque=command.torque,
                 dt=dt,

@@ -91,6 +91,11 @@ def of_push(
     return worst(found)
 
 
+def largest_modest(*, mass: float, moment: float, dt: float) -> float:
+    """Give a size [N, N m, N s, N m s] up to which `of_push` finds nothing extreme."""
+    return min(FAST * mass, TURN / dt * moment if moment else math.inf) / max(1.0, LONGEST_HOLD)
+
+
 def of_state(*, position: Vector, velocity: Vector, spin: Vector, dt: float) -> Excess:
     """Judge where a body is put [m], and how it moves then [m/s], [rad/s]."""
     distance, speed, turn = (math.hypot(*values) for values in (position, velocity, spin))
