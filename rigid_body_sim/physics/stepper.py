@@ -503,6 +503,7 @@ class Stepper:
             kernel = self._free_kernel() if elements.do_nothing else self._coupled_kernel()
         if self.contact is not None:
             self.contact.take_tick(h / self._substeps)
+            self.contact.take_pulled(elements.pulled)
         if elements.schedule is None:
             if ticks != 1 or self.work is not None:
                 return self._advance(kernel, ticks, tick, h)

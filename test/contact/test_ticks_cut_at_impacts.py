@@ -177,3 +177,54 @@ def test_what_rests_keeps_the_bits_of_time_stepping():
         sim.step(100)
     names = ['low', 'high']
     assert np.array_equal(numbers_of(event, names), numbers_of(timestep, names))
+
+
+FORCES_FAR_AWAY = {
+    'a spring': {'type': 'spring', 'a': 'witness', 'b': 'world', 'stiffness': 3.0},
+    'what acts from time to time': {
+        'type': 'time', 'body': 'witness',
+        'table': [[0.0017 * i, float(i % 2), 0.0, 0.3] for i in range(200)],
+    },
+}  # fmt: skip
+
+
+def flat(rng, name, position):
+    """A box or a disc that stands, slides or turns on its face, or a little above."""
+    shapes = [
+        {'type': 'box', 'size': rng.uniform(0.1, 0.4, 3).tolist()},
+        {'type': 'cylinder', 'radius': rng.uniform(0.1, 0.4), 'length': rng.uniform(0.1, 0.4)},
+    ]
+    shape = shapes[rng.integers(2)]
+    height = shape['size'][2] if shape['type'] == 'box' else shape['length']
+    yaw = rng.uniform(-1.5, 1.5)
+    gap = rng.choice([0.0, 1e-9, 1e-7, 1e-5, 1e-3, 1e-2])
+    return {
+        'name': name, 'mass': rng.uniform(0.1, 10), 'shape': shape,
+        'restitution': rng.choice([0.0, 0.3, 0.8, 1.0]), 'friction': rng.choice([0.0, 0.4]),
+        'initial': {
+            'position': [*position, height / 2 + gap],
+            'orientation': [0.0, 0.0, float(np.sin(yaw)), float(np.cos(yaw))],
+            'velocity': [*(rng.uniform(-1, 1, 2) * rng.choice([0, 1])), 0.0],
+            'angular_velocity': [0.0, 0.0, rng.uniform(-3, 3) * rng.choice([0, 1])],
+        },
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize('force', FORCES_FAR_AWAY)
+@pytest.mark.parametrize('draws', [6, pytest.param(60, marks=pytest.mark.long)])
+def test_a_force_on_one_body_changes_no_bit_of_what_is_not_connected(force, draws, plain_source):
+    """Closed forms of flight are for all on whom no such force acts, whatever the scene has."""
+    rng = np.random.default_rng(7)
+    bodies = [flat(rng, f'body{i}', (3.0 * i, 0.0)) for i in range(draws)]
+    bodies.append(ball('bouncing', (-3.0, 0.0, 0.15), e=0.9))
+    names = [body['name'] for body in bodies]
+    without, beside = scene(*bodies), scene(*bodies)
+    beside['forces'] = [FORCES_FAR_AWAY[force]]
+    sims = [Simulation(load_scene(one)) for one in (without, beside)]
+    impacts = 0
+    for _ in range(12):
+        for sim in sims:
+            sim.step()
+        impacts += len(sims[0].impacts())
+        assert np.array_equal(*(numbers_of(sim, names) for sim in sims))
+    assert impacts > draws

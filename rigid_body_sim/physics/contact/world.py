@@ -284,6 +284,11 @@ class ContactWorld:
         if h != self._whole:
             self.arrays.settings[tick_settings.WHOLE_TICK] = self._whole = h
 
+    def take_pulled(self, bodies: Callable[[], NDArray[np.bool_]]) -> None:
+        """Take over on which bodies forces act that depend on the state or on time."""
+        if self._events:
+            self.arrays.take_pulled(bodies())
+
     @property
     def work_of_drives(self) -> float:
         """Work that was done so far by what is moved as told, and by belts [J]."""
@@ -424,10 +429,10 @@ class ContactWorld:
             evaluate=_nothing if evaluate is None else evaluate,
             **manifold_finder(pairs, holds=self._holds, recycles=self._recycles),
             **{'apply_restitution': _nothing, **iterations},
-            **self._impacts_of(pairs, coupled=evaluate is not None),
+            **self._impacts_of(pairs),
         )
 
-    def _impacts_of(self, pairs: Any, *, coupled: bool) -> dict[str, Any]:
+    def _impacts_of(self, pairs: Any) -> dict[str, Any]:
         """Make the kernels of impacts at their instants, where the scene wants them."""
         if not self._events:
             return dict.fromkeys(('find_impacts', 'meet_now', 'land'), _nothing)
@@ -435,9 +440,7 @@ class ContactWorld:
 
         scheme = self._integrator.scheme
         assert isinstance(scheme, Splitting)
-        made = impact_kernels(
-            self._integrator.name, pairs, drift_rotation=scheme.drift_rotation, coupled=coupled
-        )
+        made = impact_kernels(self._integrator.name, pairs, drift_rotation=scheme.drift_rotation)
         return made._asdict()
 
     def _helpers_of(

@@ -125,6 +125,7 @@ class WorldArrays:
         self.pivoted = np.array(pivoted, dtype=np.int64)
         self.flows = flows
         self._body_count = body_count
+        self._pulled = np.zeros(body_count, dtype=np.bool_)
         self.colours = np.zeros(body_count + 1, dtype=np.int64)
         self.group_of = np.zeros(body_count + 1, dtype=np.int64)
         self.island_groups = np.zeros(most_groups(body_count) * group_record.SIZE, dtype=np.int64)
@@ -168,6 +169,14 @@ class WorldArrays:
         self.event_pairs = np.zeros(room * flight_record.EVENT)
         links = event_lists.size_of_links(self._body_count, room) if room else 0
         self.event_links = np.zeros(links, dtype=np.int64)
+        if room:
+            self.take_pulled(self._pulled)
+
+    def take_pulled(self, bodies: NDArray[np.bool_]) -> None:
+        """Take over on which bodies forces act that depend on the state or on time."""
+        self._pulled, count = bodies, self._body_count
+        begin = event_lists.PULLED * count
+        self.event_links[begin : begin + count] = bodies
 
     def take_colliders(self, colliders: Colliders, order: Indices) -> None:
         """Take over the colliders in an order, and make the arrays that depend on them."""

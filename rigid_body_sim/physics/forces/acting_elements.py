@@ -77,6 +77,7 @@ class ActingElements:
         self.kinks = np.array(sorted({t for each in kinks for t in each}), dtype=np.float64)
         self._sizes = (layout.n_moving, layout.n_rigid)
         self._instants = _instants_of(scene, layout)
+        self._pulled = _pulled_of(scene, layout)
         self._powers: dict[str, PowerKernel] = {}
         self._evaluate: Callable[..., Any] | None = None
         self._always = bool(self.names)  # something depends on the state whatever is commanded
@@ -126,6 +127,12 @@ class ActingElements:
         found = np.zeros(self._sizes[0], dtype=np.bool_)
         for core, instants in self._instants:
             found[core] |= bool(np.isin(places_of(instants, h), places).any())
+        return found
+
+    def pulled(self) -> NDArray[np.bool_]:
+        """Tell of each moving body whether something acts on it that the blocks do not hold."""
+        found = self._pulled.copy()
+        found[self.table[:, held_body_wrench.BODY].astype(np.int64)] = True
         return found
 
     @property
@@ -190,6 +197,23 @@ class ActingElements:
         return derivatives(
             chain, by_differences=bool(self._flows or (self.pivots.count and unknown))
         )
+
+
+def _pulled_of(scene: Scene, layout: Layout) -> NDArray[np.bool_]:
+    """
+    Tell of each moving body whether an element of the scene acts on it.
+    """
+    cores = {int(scene_index): core for core, scene_index in enumerate(layout.moving)}
+    found = np.zeros(layout.n_moving, dtype=np.bool_)
+    found[np.asarray(layout.pivoted, dtype=np.int64)] = True
+    for force in scene.forces:
+        for name in force.bodies():
+            if name in layout.names and layout.index(name) in cores:
+                found[cores[layout.index(name)]] = True
+    for index, core in cores.items():
+        body = scene.bodies[index]
+        found[core] |= flow_of(body) is not None or body.inertia_over_time is not None
+    return found
 
 
 def _instants_of(scene: Scene, layout: Layout) -> list[tuple[int, Array]]:

@@ -3,9 +3,9 @@
 """
 Who may meet whom in a tick: the events of each body, in linked lists, and what hangs together.
 
-For n bodies: n numbers each of PARENT, FIRST, CARRIED, CONCERNED, ASKED; then for each event the
-next event of the body of A, and of that of B. Event 0 is none: it keeps a copy of the one at which
-the tick is to be cut.
+For n bodies: n numbers each of PARENT, FIRST, CARRIED, CONCERNED, ASKED, PULLED; then for each
+event the next event of the body of A, and of that of B. Event 0 is none: it keeps a copy of the
+one at which the tick is to be cut.
 """
 
 from __future__ import annotations
@@ -18,7 +18,8 @@ FIRST = 1  # first event of a body; NO_EVENT
 CARRIED = 2  # 1: the solver moves it
 CONCERNED = 3  # 1: the tick is to be cut for it
 ASKED = 4  # 1: its events hold all that it may reach
-FIELDS = 5
+PULLED = 5  # 1: a force on it depends on the state or on time, so it does not fly by itself
+FIELDS = 6
 
 NO_EVENT = 0  # also: the event that the cut is at
 NOBODY = -1
@@ -37,7 +38,7 @@ def size_of_links(body_count: int, room: int) -> int:
 
 @inline
 def clear(body_count: int, links: Indices) -> None:
-    """Begin a tick: no events."""
+    """Begin a tick: no events. Who is pulled stays so."""
     for body in range(body_count):
         links[FIRST * body_count + body] = NO_EVENT
         links[PARENT * body_count + body] = body

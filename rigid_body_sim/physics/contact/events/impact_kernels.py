@@ -42,7 +42,7 @@ class ImpactKernels(NamedTuple):
 
 def impact_kernels(
     name: str, kernels: Sequence[tuple[int, int, Callable[..., Any]]], *,
-    drift_rotation: Callable[..., Any], coupled: bool,
+    drift_rotation: Callable[..., Any],
 ) -> ImpactKernels:  # fmt: skip
     """
     Make the kernels of impacts of a scene.
@@ -50,13 +50,11 @@ def impact_kernels(
         name           : of the integrator
         kernels        : (type of A, type of B, pair kernel)
         drift_rotation : of the integrator, see `schemes.splitting`
-        coupled        : whether a force depends on the state
     """
     ground = any(type_b == SURFACE for _, type_b, _ in kernels)
     offered: dict[str, Any] = {
         'drift_rotation': drift_rotation,
         'collide': collider_of_pairs(kernels),
-        'COUPLED': coupled,
         'GROUND': ground,
         **dict.fromkeys(_OF_GROUND, _nothing),
     }

@@ -12,8 +12,9 @@ Impacts at one instant come one after the other, the one with the greatest appro
 the order of the colliders; and again, until nobody approaches. What is apart by no more than the
 round-off of its place meets at the same instant.
 
-A body that the solver moves, or whose forces depend on the state, cannot fly by itself. What meets
-it, and what is about to rest, asks for a cut: the tick of its island is then advanced in pieces
+A body that the solver moves, or on which a force acts that depends on the state or on time, cannot
+fly by itself; where the scene has such forces on others does not matter to it. What meets it, and
+what is about to rest, asks for a cut: the tick of its island is then advanced in pieces
 that end at the impacts (`cuts`).
 """
 
@@ -71,7 +72,6 @@ NO_VECTOR = (0.0, 0.0, 0.0)
 KEPT, DROPPED = 1.0, 0.0  # what becomes of a manifold
 
 GROUND = slot('[-] whether some collider is ground of triangles')
-COUPLED = slot('[-] whether a force depends on the state')
 look = slot('kernel (side, collider, time, flights): shows a collider at an instant')
 bring = slot('kernel (body, time, flights): takes a body in flight to an instant')
 axis = slot('kernel (a, b, flights): the axis along which two colliders are farthest apart')
@@ -111,6 +111,15 @@ def _carry(body: int, flights: Flights) -> None:
     if body >= 0 and flights.links[event_lists.CARRIED * count + body] == 0:
         flights.links[event_lists.CARRIED * count + body] = 1
         flights.records[body * flight_record.SIZE + flight_record.TIME] = flight_record.NOT_LOADED
+
+
+@inline
+def _is_pulled(body: int, flights: Flights) -> bool:
+    """Tell whether a force acts on a body that no flight in closed form has."""
+    if body < 0:
+        return False
+    count = flights.motion.body_count
+    return flights.links[event_lists.PULLED * count + body] == 1
 
 
 @inline
@@ -305,7 +314,8 @@ def _is_left_to_solver(
     if counts[tick_counts.CUTTING] != tick_counts.LEAVES_CUTS:
         return False
     return (
-        COUPLED
+        _is_pulled(body_a, flights)
+        or _is_pulled(body_b, flights)
         or _is_carried(body_a, flights)
         or _is_carried(body_b, flights)
         or _moves(a, body_a, flights)
@@ -513,7 +523,8 @@ def _wants_a_cut(row: int, a: int, b: int, flights: Flights) -> bool:
     pairs = flights.pairs
     body_a, body_b = body_of(a, flights), body_of(b, flights)
     return (
-        COUPLED
+        _is_pulled(body_a, flights)
+        or _is_pulled(body_b, flights)
         or _is_carried(body_a, flights)
         or _is_carried(body_b, flights)
         or _moves(a, body_a, flights)
