@@ -213,10 +213,11 @@ def _best_step(count: int, bend: Any, most: float, views: Array) -> Any:
     """
     Return the best step across the axis and what it promises.
 
-        bend : xx, xy, yy of what all pieces bend;   most : longest step
+        bend : xx, xy, yy of what all pieces bend, its determinant, and the least in any direction
+        most : longest step
     """
     best = (0.0, 0.0, _value(count, bend, 0.0, 0.0, views))
-    det = bend[0] * bend[2] - bend[1] * bend[1]
+    det, least = bend[3], bend[4]
     for i in range(count):
         row = flight_record.PIECES + PIECE * i
         f, fu, fv = views[row + AHEAD], views[row + SLOPE_U], views[row + SLOPE_V]
@@ -237,7 +238,7 @@ def _best_step(count: int, bend: Any, most: float, views: Array) -> Any:
             slope = -gv * fu + gu * fv + gv * (bend[0] * x + bend[1] * y)
             slope -= gu * (bend[1] * x + bend[2] * y)
             bent = gv * gv * bend[0] - 2.0 * gu * gv * bend[1] + gu * gu * bend[2]
-            way = slope / bent
+            way = slope / max(bent, least * squared)  # round-off of a sharp bend may leave none
             best = _better(best, count, bend, x - way * gv, y + way * gu, most, views)
             for k in range(j):
                 row = flight_record.PIECES + PIECE * k
@@ -265,16 +266,28 @@ def _linearise(a: int, b: int, count: int, normal: Any, frame: Any, flights: Fli
 @kernel
 def _bend_of(a: int, b: int, normal: Any, frame: Any, least: float, flights: Flights) -> Any:
     """
-    Return how the pieces bend across an axis: xx, xy, yy [m].
+    Return how the pieces bend across an axis: xx, xy, yy [m], and the determinant
+
+        det = least^2 + least (c_1 + c_2) + c_1 c_2 (t_1 x t_2)^2
+
+    of a bend least 1 + sum c t t^T: from xx, xy and yy nothing of it may be left, as a rim whose
+    axis is nearly n bends 1e9 times as much along t as across it.
 
         least : what the unit sphere bends them, all alike
     """
-    xx, xy, yy = least, 0.0, least
-    for side in range(2):
-        rim = _rim(a if side == 0 else b, pose_of_side(side, flights), normal, flights.colliders)
-        x, y = dot(frame[0], rim[1]), dot(frame[1], rim[1])
-        xx, xy, yy = xx + rim[0] * x * x, xy + rim[0] * x * y, yy + rim[0] * y * y
-    return xx, xy, yy
+    colliders = flights.colliders
+    c_1, along_1 = _rim(a, pose_of_side(0, flights), normal, colliders)
+    c_2, along_2 = _rim(b, pose_of_side(1, flights), normal, colliders)
+    x_1, y_1 = dot(frame[0], along_1), dot(frame[1], along_1)
+    x_2, y_2 = dot(frame[0], along_2), dot(frame[1], along_2)
+    turned = x_1 * y_2 - y_1 * x_2
+    return (
+        least + c_1 * x_1 * x_1 + c_2 * x_2 * x_2,
+        c_1 * x_1 * y_1 + c_2 * x_2 * y_2,
+        least + c_1 * y_1 * y_1 + c_2 * y_2 * y_2,
+        least * least + least * (c_1 + c_2) + c_1 * c_2 * turned * turned,
+        least,
+    )
 
 
 @kernel

@@ -92,6 +92,8 @@ def impact_kernels(
         make('measure_ground', on_ground._measure_ground)
         make('ask_ground_first', impact_queue._ask_ground_first)
     make('ask_first', impact_queue._ask_first)
+    make('ask_all', impact_queue._ask_all)
+    make('begin_anew', impact_queue._begin_anew)
     make('find_events', impact_queue._find_events)
     make('ask_neighbours', impact_queue._ask_neighbours)
     make('ask_again', impact_queue._ask_again)

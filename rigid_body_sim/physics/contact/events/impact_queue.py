@@ -86,7 +86,9 @@ find_on_ground = slot('kernel (a, b, start, end, row, ...): tells whether ground
 measure_ground = slot('kernel (row, a, b, flights, counts): approach of what touches ground now')
 strike = slot('kernel (row, time, threshold, tick, number, flights): lets two meet')
 find_events = slot('kernel (h, pair_ids, manifolds, flights, counts): asks all pairs')
-follow_impacts = slot('kernel (tick, h, flights, counts): lets impact follow impact')
+follow_impacts = slot('kernel (tick, h, manifolds, flights, counts): lets impact follow impact')
+ask_all = slot('kernel (h, manifolds, flights, counts): asks all pairs, and who is held anew')
+begin_anew = slot('kernel (h, manifolds, flights, counts): asks all pairs once more')
 closing_speed = slot('kernel (a, b, flights): bound of the speed of two against each other')
 is_left_to_solver = slot('kernel (found, a, b, row, ...): tells whether the solver gets a pair')
 wants_a_cut = slot('kernel (row, a, b, flights): tells whether an impact wants a cut')
@@ -370,6 +372,12 @@ def _find_events(
         row = _add_event(a, b, h, flights, counts) * flight_record.EVENT
         if first < m:
             flights.pairs[row + flight_record.MANIFOLD] = float(first)
+    ask_all(h, manifolds, flights, counts)
+    return True
+
+
+def _ask_all(h: float, manifolds: Array, flights: Flights, counts: Indices) -> None:
+    """Ask all pairs when they meet, anew where one of the two is found to be the solver's."""
     asked = True
     while asked:
         asked = False
@@ -381,7 +389,42 @@ def _find_events(
             if before != flight_record.KEPT and before != held:
                 ask_first(row, held, h, manifolds, flights, counts)
                 asked = True
+
+
+@kernel
+def leaves(row: int, a: int, b: int, manifolds: Array, flights: Flights, counts: Indices) -> bool:
+    """
+    Leave a pair that wants a cut to the solver, where none is made; tell whether it has a manifold
+    that the solver could get.
+    """
+    pairs = flights.pairs
+    first = pairs[row + flight_record.MANIFOLD]
+    if (
+        counts[tick_counts.CUTTING] != tick_counts.LEAVES_CUTS
+        or first == flight_record.NONE
+        or pairs[row + flight_record.HELD] == flight_record.KEPT
+    ):
+        return False
+    pairs[row + flight_record.HELD] = flight_record.KEPT
+    _keep_pair(int(first), manifolds, counts)
+    _carry(body_of(a, flights), flights)
+    _carry(body_of(b, flights), flights)
     return True
+
+
+def _begin_anew(h: float, manifolds: Array, flights: Flights, counts: Indices) -> None:
+    """Ask all pairs that are not left to the solver once more, from the start of the tick on."""
+    pairs, count = flights.pairs, flights.motion.body_count
+    for body in range(count):
+        flights.records[body * flight_record.SIZE + flight_record.TIME] = flight_record.NOT_LOADED
+        flights.links[event_lists.PARENT * count + body] = body
+    for event in range(1, counts[tick_counts.EVENTS]):
+        row = event * flight_record.EVENT
+        pairs[row + flight_record.STRUCK_SO_FAR] = 0.0
+        pairs[row + flight_record.INSTANT] = flight_record.NEVER
+        if pairs[row + flight_record.HELD] != flight_record.KEPT:
+            pairs[row + flight_record.HELD] = flight_record.NONE
+    ask_all(h, manifolds, flights, counts)
 
 
 @inline
@@ -561,10 +604,13 @@ def _ask_again(body: int, time: float, h: float, flights: Flights, counts: Indic
         entry = following(entry, count, flights.links)
 
 
-def _follow_impacts(tick: float, h: float, flights: Flights, counts: Indices) -> bool:
+def _follow_impacts(
+    tick: float, h: float, manifolds: Array, flights: Flights, counts: Indices
+) -> bool:
     """
     Let impact follow impact. Tell whether there was room in all lists; counts[CUTS] tells whether
-    a cut is wanted, and event 0 where.
+    a cut is wanted, and event 0 where. Where none is made it tells that one more pair is left to
+    the solver, from the start of the tick on.
     """
     pairs = flights.pairs
     counts[tick_counts.CUTS] = 0
@@ -578,6 +624,9 @@ def _follow_impacts(tick: float, h: float, flights: Flights, counts: Indices) ->
         body_a, body_b = body_of(a, flights), body_of(b, flights)
         late = _is_concerned(body_a, flights) or _is_concerned(body_b, flights)
         if late or wants_a_cut(row, a, b, flights):
+            if leaves(row, a, b, manifolds, flights, counts):
+                counts[tick_counts.CUTS] = 1
+                return True
             if counts[tick_counts.CUTTING] == tick_counts.ASKS_FOR_CUTS:
                 if counts[tick_counts.CUTS] == 0:
                     for entry in range(flight_record.EVENT):
@@ -762,9 +811,16 @@ def _find_impacts(
     ):
         counts[tick_counts.STATUS] = tick_counts.SHORT_OF_EVENTS
         return False
-    if not follow_impacts(tick, h, flights, counts):
+    while True:
+        if not follow_impacts(tick, h, manifolds, flights, counts):
+            counts[tick_counts.IMPACTS] = before
+            return False
+        if counts[tick_counts.CUTTING] != tick_counts.LEAVES_CUTS:
+            break
+        if counts[tick_counts.CUTS] == 0:
+            break
         counts[tick_counts.IMPACTS] = before
-        return False
+        begin_anew(h, manifolds, flights, counts)
     if counts[tick_counts.CUTS] > 0:
         counts[tick_counts.IMPACTS] = before
         counts[tick_counts.STATUS] = tick_counts.CUT
