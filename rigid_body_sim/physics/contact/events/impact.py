@@ -41,9 +41,10 @@ from rigid_body_sim.physics.vectors import (
 NO_INERTIA = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 bring = slot('kernel (body, time, flights): takes a body in flight to an instant')
-meet_at_points = slot(
-    'kernel (count, body_a, body_b, normal, ...): lets two meet at several points'
-)
+put_touching = slot('kernel (count, body_a, body_b, normal, ...): writes two and their points')
+meet_at_points = slot('kernel (count, all_points, bodies, flights): lets two meet at points')
+add_flush_points = slot('kernel (row, number, time, flights): adds the points of the same face')
+write_flush_impacts = slot('kernel (first, last, number, ...): lists the impacts of these')
 look = slot('kernel (side, collider, time, flights): shows a collider at an instant')
 find_points = slot('kernel (a, b, normal, flights): lists the points at which two touch')
 
@@ -201,9 +202,10 @@ def write_impact(
 
 def _strike(
     row: int, time: float, threshold: float, tick: float, number: int, flights: Flights
-) -> None:  # fmt: skip
+) -> int:  # fmt: skip
     """
-    Let the two colliders of an event meet at an instant [s].
+    Let the two colliders of an event meet at an instant [s], and with them all that are of the
+    same face (`flush_faces`); return how many impacts that makes in the list.
 
         threshold : [m/s] slower approach returns nothing
         tick      : number of the tick;   number : of the impact in the list
@@ -228,13 +230,17 @@ def _strike(
         kind = impact_list.SUMMED
         rest = _rest_of_sequence(restitution, approach, normal, flights)
         restitution = 0.0
-    if count == 1:
-        impulse = _meet_at_a_point(body_a, body_b, normal, (restitution, friction), flights)
-    else:
-        impulse = meet_at_points(count, body_a, body_b, normal, (restitution, friction), flights)
     mean = NO_VECTOR
     for index in range(count):
         point = load(views, flight_record.TOUCHING + 3 * index)
         mean = add_scaled(mean, 1.0 / count, point)
+    material = (restitution, friction)
+    put_touching(count, body_a, body_b, normal, material, flights)
+    points = add_flush_points(row, count, time, flights)
+    if points == 1:
+        impulse = _meet_at_a_point(body_a, body_b, normal, material, flights)
+    else:
+        impulse = meet_at_points(count, points, (body_a, body_b), flights)
     event = (tick, time + rest, a, b, approach)
     write_impact(number, event, kind, mean, normal, impulse, flights)
+    return 1 + write_flush_impacts(count, points, number + 1, tick, time, flights)

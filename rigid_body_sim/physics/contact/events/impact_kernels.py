@@ -16,6 +16,7 @@ from rigid_body_sim.physics.contact.events import (
     closest_axis,
     contact_points,
     flight,
+    flush_faces,
     free_points,
     ground_parts,
     impact,
@@ -76,7 +77,10 @@ def impact_kernels(
     make('find_manifold', free_points._find_manifold)
     make('measure_free_points', free_points._measure_free_points)
     make('list_free_points', free_points._list_free_points)
+    offered['put_touching'] = joint.put_touching
     offered['meet_at_points'] = joint.meet_at_points
+    make('add_flush_points', flush_faces._add_flush_points)
+    offered['write_flush_impacts'] = flush_faces.write_flush_impacts
     make('add_carriers', joint._add_carriers)
     make('meet_with_load', joint._meet_with_load)
     make('strike', impact._strike)
@@ -101,6 +105,7 @@ def impact_kernels(
     make('find_impacts', impact_queue._find_impacts)
     make('measure', impact_queue._measure)
     make('next_of_cluster', impact_queue._next_of_cluster)
+    make('find_flush', impact_queue._find_flush)
     make('meet_now', impact_queue._meet_now)
     make('land', impact_queue._land)
     return ImpactKernels(offered['find_impacts'], offered['meet_now'], offered['land'])

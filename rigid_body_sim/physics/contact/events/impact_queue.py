@@ -44,6 +44,7 @@ from rigid_body_sim.physics.contact.events import (
 from rigid_body_sim.physics.contact.events.closest_axis import turn_of_axis
 from rigid_body_sim.physics.contact.events.event_lists import enter, following
 from rigid_body_sim.physics.contact.events.flight import Flights, body_of, put_down, take_off
+from rigid_body_sim.physics.contact.events.flush_faces import is_of_same_bodies
 from rigid_body_sim.physics.contact.events.free_points import hide_free_points
 from rigid_body_sim.physics.contact.events.ground_parts import ask_part, is_ground, lever_of
 from rigid_body_sim.physics.contact.events.impact import material_of
@@ -85,6 +86,7 @@ find_instant = slot('kernel (a, b, start, end, row, flights): tells whether two 
 find_on_ground = slot('kernel (a, b, start, end, row, ...): tells whether ground is met, and when')
 measure_ground = slot('kernel (row, a, b, flights, counts): approach of what touches ground now')
 strike = slot('kernel (row, time, threshold, tick, number, flights): lets two meet')
+find_flush = slot('kernel (row, cache, flights, counts): notes pairs of the same two bodies')
 find_events = slot('kernel (h, pair_ids, manifolds, flights, counts): asks all pairs')
 follow_impacts = slot('kernel (tick, h, manifolds, flights, counts): lets impact follow impact')
 ask_all = slot('kernel (h, manifolds, flights, counts): asks all pairs, and who is held anew')
@@ -265,6 +267,13 @@ def _closing_speed(a: int, b: int, flights: Flights) -> Any:
 @inline
 def _room_for_event(flights: Flights, counts: Indices) -> bool:
     return counts[tick_counts.EVENTS] < counts[tick_counts.EVENT_ROOM]
+
+
+@inline
+def _room_for_impacts(flights: Flights, counts: Indices) -> int:
+    """How long the list of impacts may be before those of one instant have no room in it."""
+    of_one = len(flights.joint_points) // joint_impact_record.POINT_SIZE
+    return counts[tick_counts.IMPACT_ROOM] - of_one
 
 
 @inline
@@ -637,17 +646,16 @@ def _follow_impacts(
             _join(body_a, body_b, flights)
             pairs[row + flight_record.INSTANT] = flight_record.NEVER
             continue
-        if counts[tick_counts.IMPACTS] >= counts[tick_counts.IMPACT_ROOM]:
+        if counts[tick_counts.IMPACTS] >= _room_for_impacts(flights, counts):
             counts[tick_counts.STATUS] = tick_counts.SHORT_OF_IMPACTS
             return False
         time = pairs[row + flight_record.INSTANT]
-        strike(
-            row, time, pairs[row + flight_record.SLOW], tick, counts[tick_counts.IMPACTS], flights
-        )
-        if _is_none(counts[tick_counts.IMPACTS], flights):
+        number = counts[tick_counts.IMPACTS]
+        listed = strike(row, time, pairs[row + flight_record.SLOW], tick, number, flights)
+        if listed == 1 and _is_none(number, flights):
             pairs[row + flight_record.STRUCK_SO_FAR] = float(MOST_IMPACTS)
         else:
-            counts[tick_counts.IMPACTS] += 1
+            counts[tick_counts.IMPACTS] = number + listed
         pairs[row + flight_record.STRUCK_SO_FAR] += 1.0
         _join(body_a, body_b, flights)
         for body in (body_a, body_b):
@@ -892,6 +900,23 @@ def _is_none(number: int, flights: Flights) -> bool:
     return dot(impulse, impulse) == 0.0
 
 
+def _find_flush(row: int, cache: Array, flights: Flights, counts: Indices) -> None:
+    """Note which other pairs of the two bodies of an event touch now, and approach."""
+    pairs = flights.pairs
+    for event in range(1, counts[tick_counts.EVENTS]):
+        other = event * flight_record.EVENT
+        pairs[other + flight_record.INSTANT] = flight_record.NEVER
+        if not is_of_same_bodies(row, other, flights):
+            continue
+        gap, approach = measure(other, cache, flights, counts)
+        a = int(pairs[other + flight_record.COLLIDER_A])
+        b = int(pairs[other + flight_record.COLLIDER_B])
+        size = lever_of(a, flights.colliders) + lever_of(b, flights.colliders)
+        if gap <= TOUCHES * size and approach > 0.0:
+            pairs[other + flight_record.INSTANT] = 0.0
+            pairs[other + flight_record.APPROACH] = approach
+
+
 def _meet_now(strikes: bool, cache: Array, flights: Flights, counts: Indices) -> None:
     """
     Look at event 0 with the bodies as they are: its gap and its approach; or let it happen, and
@@ -909,19 +934,15 @@ def _meet_now(strikes: bool, cache: Array, flights: Flights, counts: Indices) ->
     for event in range(1, counts[tick_counts.EVENTS]):
         pairs[event * flight_record.EVENT + flight_record.STRUCK_SO_FAR] = 0.0
     row = 0
-    room = (
-        counts[tick_counts.IMPACT_ROOM]
-        - len(flights.joint_points) // joint_impact_record.POINT_SIZE
-    )
-    while counts[tick_counts.IMPACTS] < room:
+    while counts[tick_counts.IMPACTS] < _room_for_impacts(flights, counts):
         if pairs[row + flight_record.APPROACH] > 0.0:
             slow = pairs[row + flight_record.SLOW]
             number = counts[tick_counts.IMPACTS]
             listed = meet_with_load(row, slow, number, cache, flights)
             if listed == NO_LOAD:
-                strike(row, 0.0, slow, 0.0, number, flights)
-                listed = 1
-            if _is_none(number, flights):  # where they touch they do not approach
+                find_flush(row, cache, flights, counts)
+                listed = strike(row, 0.0, slow, 0.0, number, flights)
+            if listed == 1 and _is_none(number, flights):  # where they touch they do not approach
                 pairs[row + flight_record.STRUCK_SO_FAR] = float(MOST_IMPACTS)
                 listed = 0
             counts[tick_counts.IMPACTS] = number + listed

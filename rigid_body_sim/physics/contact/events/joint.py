@@ -105,7 +105,7 @@ def _put_side(row: int, side: int, body: int, flights: Flights) -> None:
 
 
 @inline
-def _put_point(
+def put_point(
     number: int, rows: Any, arms: Any, normal: Any, material: Any, flights: Flights
 ) -> None:
     """
@@ -122,31 +122,47 @@ def _put_point(
 
 
 @kernel
-def meet_at_points(
+def put_touching(
     count: int, body_a: int, body_b: int, normal: Any, material: Any, flights: Flights
-) -> Any:
+) -> None:
     """
-    Let two bodies, as they were looked at, meet at all points of the list; return the impulse on B
-    [N s].
+    Write two bodies, as they were looked at, into the table, with all points of the list.
 
     material : restitution and friction
     """
-    views, points = flights.views, flights.joint_points
+    views = flights.views
     _put_side(0, 0, body_a, flights)
     _put_side(1, 1, body_b, flights)
     for index in range(count):
         point = load(views, flight_record.TOUCHING + 3 * index)
         _, arm_a = velocity_at(0, body_a, point, flights)
         _, arm_b = velocity_at(1, body_b, point, flights)
-        _put_point(index, (0.0, 1.0), (arm_a, arm_b), normal, material, flights)
-    joint_impact(JointImpact(2, count, flights.joint_bodies, points))
+        put_point(index, (0.0, 1.0), (arm_a, arm_b), normal, material, flights)
+
+
+@kernel
+def meet_at_points(count: int, all_points: int, bodies: Any, flights: Flights) -> Any:
+    """
+    Let two bodies of the table meet at all its points; return the impulse on B [N s] of the first
+    ones.
+
+    count, all_points : how many these are, and how many there are;   bodies : A and B
+    """
+    points = flights.joint_points
+    joint_impact(JointImpact(2, all_points, flights.joint_bodies, points))
     total = NO_VECTOR
-    for index in range(count):
+    for index in range(all_points):
         place = index * record.POINT_SIZE
         impulse = load(points, place + record.IMPULSE)
-        push(body_a, load(points, place + record.ARM_A), negate(impulse), flights)
-        push(body_b, load(points, place + record.ARM_B), impulse, flights)
-        total = add(total, impulse)
+        first, second = points[place + record.BODY_A], points[place + record.BODY_B]
+        if first != WORLD:
+            body = bodies[0] if first == 0.0 else bodies[1]
+            push(body, load(points, place + record.ARM_A), negate(impulse), flights)
+        if second != WORLD:
+            body = bodies[0] if second == 0.0 else bodies[1]
+            push(body, load(points, place + record.ARM_B), impulse, flights)
+        if index < count:
+            total = add(total, impulse)
     return total
 
 
@@ -245,7 +261,7 @@ def _add_carriers(number: int, least: float, cache: Array, flights: Flights) -> 
                 _, arm_a = velocity_at(0, body_a, point, flights)
                 _, arm_b = velocity_at(1, body_b, point, flights)
                 arms = (arm_a, arm_b)
-                _put_point(number, (row_a, row_b), arms, normal, (0.0, friction), flights)
+                put_point(number, (row_a, row_b), arms, normal, (0.0, friction), flights)
                 flights.joint_points[number * record.POINT_SIZE + record.COLLIDER_A] = float(a)
                 flights.joint_points[number * record.POINT_SIZE + record.COLLIDER_B] = float(b)
                 number += 1
@@ -313,7 +329,7 @@ def _meet_with_load(
         point = load(views, flight_record.TOUCHING + 3 * index)
         _, arm_a = velocity_at(0, body_a, point, flights)
         _, arm_b = velocity_at(1, body_b, point, flights)
-        _put_point(index, rows, (arm_a, arm_b), normal, (restitution, friction), flights)
+        put_point(index, rows, (arm_a, arm_b), normal, (restitution, friction), flights)
     points = add_carriers(count, least, cache, flights)
     tables = JointImpact(known, points, flights.joint_bodies, flights.joint_points)
     kind = impact_list.JOINT if joint_impact(tables) else impact_list.UNSETTLED
