@@ -145,3 +145,46 @@ def test_what_falls_flat_on_flush_tiles_falls_as_on_one(seed, plain_source):
     law = [0.0, 0.0, e * approach]
     assert sim.state.velocity[-1] == pytest.approx(law, abs=LAW * approach)
     assert np.abs(sim.state.angular_velocity_body[-1]).max() < TURNED
+
+
+@pytest.mark.parametrize('seed', seeds(6, 60))
+def test_what_flies_flat_between_two_walls_goes_on_flat(seed, plain_source):
+    """Its speed is e^n v after n blows; round-off of each is turned into a tilt by the next."""
+    rng, frame, _, _, room = drawn(seed)
+    e, speed = float(rng.choice([0.9, 1.0])), 2.0
+    body, thick = flying(rng, 'body', 0.0, speed, frame, e)
+    walls = [
+        {'name': name, 'shape': {'type': 'box', 'size': [0.2, 3, 3]}, 'fixed': True,
+         'initial': {'position': rotated(frame, [x, 0, 0]).tolist(),
+                     'orientation': frame.tolist()}}
+        for name, x in (('left', -0.1 - room), ('right', 0.1 + thick + room))
+    ]  # fmt: skip
+    sim = after_the_blow([*walls, body], 20 * room, speed)
+    left, blows = np.linalg.norm(sim.state.velocity[-1]), 0
+    while e < 1.0 and left < speed * e**blows * (1 - 1e-9):
+        blows += 1
+    assert left == pytest.approx(speed * e**blows, rel=1e-9)
+    assert np.abs(sim.state.angular_velocity_body[-1]).max() < 1e-9
+
+
+@pytest.mark.parametrize('seed', seeds(6, 60))
+def test_what_falls_flat_on_a_body_that_rests_leaves_it_flat_with_e_v(seed, plain_source):
+    """With e = 0 it would stay, and belong to the solver."""
+    rng, _, e, _, height = drawn(seed)
+    e = e or 0.8
+    up = turn_about((0, 1, 0), -np.pi / 2)
+    body, _ = flying(rng, 'body', 0.5 + height, 0.0, up, e)
+    body['initial']['position'][:2] = rng.uniform(-0.2, 0.2, 2)
+    ground = {'name': 'ground', 'shape': {'type': 'plane', 'normal': [0, 0, 1], 'offset': 0}}
+    base = {
+        'name': 'base', 'mass': 5.0, 'shape': {'type': 'box', 'size': [3, 3, 0.5]},
+        'initial': {'position': [0, 0, 0.25]},
+    }  # fmt: skip
+    sim = after_the_blow([ground, base, body], -2 * DT, 1.0, gravity=(0, 0, -9.81))
+    while not len(sim.impacts()):
+        assert sim.time < 1.0
+        sim.step()
+    struck = sim.impacts().time[0]
+    law = e * 9.81 * struck - 9.81 * (sim.time - struck)
+    assert sim.state.velocity[-1] == pytest.approx([0, 0, law], abs=1e-9)
+    assert np.abs(sim.state.angular_velocity_body[-1]).max() < 1e-9

@@ -20,12 +20,13 @@ from rigid_body_sim.physics.contact.events import event_lists, flight_record, im
 from rigid_body_sim.physics.contact.events import joint_impact_record as record
 from rigid_body_sim.physics.contact.events.event_lists import following
 from rigid_body_sim.physics.contact.events.flight import NO_VECTOR, Flights, body_of
-from rigid_body_sim.physics.contact.events.ground_parts import ask_part
+from rigid_body_sim.physics.contact.events.ground_parts import ask_part, lever_of
 from rigid_body_sim.physics.contact.events.impact import material_of, velocity_at, write_impact
 from rigid_body_sim.physics.contact.events.joint import WORLD, put_point
 from rigid_body_sim.physics.vectors import add, add_scaled, cross, dot, load
 
-ONE_NORMAL = 1e-24  # [-] squared sine of the angle of normals that are one: a tilt of 1e-12
+SAME = 1e-12  # [-] of the size: gaps of pairs of one face, as of corners: see `contact_points`
+ONE_NORMAL = 1e-24  # [-] squared sine of the angle of normals that are one: the same as a tilt
 
 look = slot('kernel (side, collider, time, flights): shows a collider at an instant')
 find_points = slot('kernel (a, b, normal, flights): lists the points at which two touch')
@@ -70,19 +71,22 @@ def is_of_same_bodies(row: int, other: int, flights: Flights) -> bool:
 def _is_of_the_face(row: int, other: int, time: float, flights: Flights) -> bool:
     """Tell whether another pair strikes at the same instant [s], along the same normal."""
     pairs = flights.pairs
+    a = int(pairs[other + flight_record.COLLIDER_A])
+    b = int(pairs[other + flight_record.COLLIDER_B])
+    size = lever_of(a, flights.colliders) + lever_of(b, flights.colliders)
     approach = pairs[other + flight_record.APPROACH]
-    later = abs(pairs[other + flight_record.INSTANT] - time)
-    if not (approach > 0.0 and later * approach <= pairs[other + flight_record.NO_GAP]):
+    gap = abs(pairs[other + flight_record.INSTANT] - time) * approach
+    if not (approach > 0.0 and gap <= max(SAME * size, pairs[other + flight_record.NO_GAP])):
         return False
     off = cross(load(pairs, row + flight_record.NORMAL), load(pairs, other + flight_record.NORMAL))
     return dot(off, off) <= ONE_NORMAL and is_of_same_bodies(row, other, flights)
 
 
 @inline
-def _row_of(collider: int, sides: Any, flights: Flights) -> float:
-    """Row of the table of bodies in which the body of a collider is."""
+def _row_of(collider: int, sides: Any, rows: Any, flights: Flights) -> float:
+    """Row of the table of bodies in which the body of a collider is, one of two."""
     side = _side_of(collider, flights)
-    return WORLD if side == event_lists.NOBODY else (0.0 if side == sides[0] else 1.0)
+    return WORLD if side == event_lists.NOBODY else (rows[0] if side == sides[0] else rows[1])
 
 
 @kernel
@@ -95,11 +99,12 @@ def restitution_of(row: int, flights: Flights) -> Any:
     return 0.0 if is_slow else restitution, friction
 
 
-def _add_flush_points(row: int, number: int, time: float, flights: Flights) -> int:
+def _add_flush_points(row: int, rows: Any, number: int, time: float, flights: Flights) -> int:
     """
     Add the points of all pairs that are of the same face as an event; return how many points there
     are then.
 
+        rows   : of the two bodies of the event in the table
         number : of points in the table;   time : [s] of the impact
     """
     pairs, views, points = flights.pairs, flights.views, flights.joint_points
@@ -126,13 +131,13 @@ def _add_flush_points(row: int, number: int, time: float, flights: Flights) -> i
         ask_part(b, pairs[other + flight_record.PART], flights.colliders)
         found = find_points(a, b, normal, flights)
         ask_part(b, flight_record.NO_PART, flights.colliders)
-        rows = (_row_of(a, sides, flights), _row_of(b, sides, flights))
+        of_pair = (_row_of(a, sides, rows, flights), _row_of(b, sides, rows, flights))
         material = restitution_of(other, flights)
         for index in range(found):
             point = load(views, flight_record.TOUCHING + 3 * index)
             _, arm_a = velocity_at(0, body_of(a, flights), point, flights)
             _, arm_b = velocity_at(1, body_of(b, flights), point, flights)
-            put_point(number, rows, (arm_a, arm_b), normal, material, flights)
+            put_point(number, of_pair, (arm_a, arm_b), normal, material, flights)
             points[number * record.POINT_SIZE + record.OF_EVENT] = float(other)
             number += 1
     return number
@@ -140,13 +145,14 @@ def _add_flush_points(row: int, number: int, time: float, flights: Flights) -> i
 
 @kernel
 def write_flush_impacts(
-    first: int, last: int, number: int, tick: float, time: float, flights: Flights
+    first: int, last: int, number: int, tick: float, time: float, kind: float, flights: Flights
 ) -> int:
     """
     Write the impacts of the points that a face has beside those of its first pair into the list;
     return how many impacts that makes.
 
         first, last : points in the table;   number : of the first impact in the list
+        kind        : of these impacts, IMPACT also where one is the last of a sequence
     """
     pairs, points, index, listed = flights.pairs, flights.joint_points, first, 0
     while index < last:
@@ -166,12 +172,12 @@ def write_flush_impacts(
             count += 1
             index += 1
         restitution, _ = restitution_of(row, flights)
-        kind = impact_list.IMPACT
-        if restitution == 0.0 and material_of(a, b, flights)[0] > 0.0:
-            kind = impact_list.SUMMED
+        of_pair = kind
+        if kind == impact_list.IMPACT and restitution < material_of(a, b, flights)[0]:
+            of_pair = impact_list.SUMMED
         event = (tick, time, a, b, pairs[row + flight_record.APPROACH])
         point = add_scaled(center, 1.0 / count, mean)
-        write_impact(number + listed, event, kind, point, normal, total, flights)
+        write_impact(number + listed, event, of_pair, point, normal, total, flights)
         pairs[row + flight_record.STRUCK_SO_FAR] += 1.0
         listed += 1
     return listed

@@ -43,7 +43,7 @@ NO_INERTIA = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 bring = slot('kernel (body, time, flights): takes a body in flight to an instant')
 put_touching = slot('kernel (count, body_a, body_b, normal, ...): writes two and their points')
 meet_at_points = slot('kernel (count, all_points, bodies, flights): lets two meet at points')
-add_flush_points = slot('kernel (row, number, time, flights): adds the points of the same face')
+add_flush_points = slot('kernel (row, rows, number, ...): adds the points of the same face')
 write_flush_impacts = slot('kernel (first, last, number, ...): lists the impacts of these')
 look = slot('kernel (side, collider, time, flights): shows a collider at an instant')
 find_points = slot('kernel (a, b, normal, flights): lists the points at which two touch')
@@ -236,11 +236,13 @@ def _strike(
         mean = add_scaled(mean, 1.0 / count, point)
     material = (restitution, friction)
     put_touching(count, body_a, body_b, normal, material, flights)
-    points = add_flush_points(row, count, time, flights)
+    points = add_flush_points(row, (0.0, 1.0), count, time, flights)
     if points == 1:
         impulse = _meet_at_a_point(body_a, body_b, normal, material, flights)
     else:
         impulse = meet_at_points(count, points, (body_a, body_b), flights)
     event = (tick, time + rest, a, b, approach)
     write_impact(number, event, kind, mean, normal, impulse, flights)
-    return 1 + write_flush_impacts(count, points, number + 1, tick, time, flights)
+    return 1 + write_flush_impacts(
+        count, points, number + 1, tick, time, impact_list.IMPACT, flights
+    )

@@ -938,9 +938,9 @@ def _meet_now(strikes: bool, cache: Array, flights: Flights, counts: Indices) ->
         if pairs[row + flight_record.APPROACH] > 0.0:
             slow = pairs[row + flight_record.SLOW]
             number = counts[tick_counts.IMPACTS]
+            find_flush(row, cache, flights, counts)
             listed = meet_with_load(row, slow, number, cache, flights)
             if listed == NO_LOAD:
-                find_flush(row, cache, flights, counts)
                 listed = strike(row, 0.0, slow, 0.0, number, flights)
             if listed == 1 and _is_none(number, flights):  # where they touch they do not approach
                 pairs[row + flight_record.STRUCK_SO_FAR] = float(MOST_IMPACTS)

@@ -64,6 +64,8 @@ NO_LOAD = 0  # of an impact: nothing carries who is struck
 find_manifold = slot('kernel (a, b, pair_id, near, flights): finds a manifold as both are now')
 list_free_points = slot('kernel (row, cache, flights): lists free points that have arrived')
 find_points = slot('kernel (a, b, normal, flights): lists the points at which two touch')
+add_flush_points = slot('kernel (row, rows, number, ...): adds the points of the same face')
+write_flush_impacts = slot('kernel (first, last, number, ...): lists the impacts of these')
 add_carriers = slot(
     'kernel (number, least, cache, flights): adds the points of contacts with load'
 )
@@ -330,10 +332,12 @@ def _meet_with_load(
         _, arm_a = velocity_at(0, body_a, point, flights)
         _, arm_b = velocity_at(1, body_b, point, flights)
         put_point(index, rows, (arm_a, arm_b), normal, (restitution, friction), flights)
-    points = add_carriers(count, least, cache, flights)
+    struck = count if free else add_flush_points(row, rows, count, 0.0, flights)
+    points = add_carriers(struck, least, cache, flights)
     tables = JointImpact(known, points, flights.joint_bodies, flights.joint_points)
     kind = impact_list.JOINT if joint_impact(tables) else impact_list.UNSETTLED
-    total, mean, listed = NO_VECTOR, NO_VECTOR, number + 1
+    total, mean = NO_VECTOR, NO_VECTOR
+    listed = number + 1 + write_flush_impacts(count, struck, number + 1, 0.0, 0.0, kind, flights)
     for index in range(points):
         place = index * record.POINT_SIZE
         impulse = load(flights.joint_points, place + record.IMPULSE)
@@ -342,7 +346,7 @@ def _meet_with_load(
             total = add(total, impulse)
             touching = load(views, flight_record.TOUCHING + 3 * index)
             mean = add_scaled(mean, 1.0 / count, touching)
-        elif dot(impulse, impulse) > 0.0:
+        elif index >= struck and dot(impulse, impulse) > 0.0:
             _write_carrier(listed, kind, index, impulse, flights)
             listed += 1
     event = (0.0, 0.0, a, b, pairs[row + flight_record.APPROACH])
