@@ -21,7 +21,8 @@ on others is the impulse times the mean velocity of its point, both in the middl
         J_r : [N m s] of rolling and torsional friction
 
 What is round about an axis turns with that alone in all but friction: its surface does not move
-along its normal however fast it spins, and points of contact follow it, as on a body that is free.
+along its normal however fast it spins, and points of contact follow it, as on a body that is free;
+but points of what lies on its end, within the rim, go round with that.
 
 A belt stands still, but its surface has a velocity along the faces that it runs in: where the
 normal is not square to it, it counts as standing.

@@ -24,6 +24,7 @@ from rigid_body_sim.physics.contact.collision import (
 from rigid_body_sim.physics.contact.collision.collider import ColliderArrays
 from rigid_body_sim.physics.contact.collision.face_normal import is_face_normal
 from rigid_body_sim.physics.contact.collision.geometry import manifold
+from rigid_body_sim.physics.contact.collision.shape_parameters import RADIUS
 from rigid_body_sim.physics.contact.solver import (
     constraint,
     contact_point,
@@ -47,6 +48,8 @@ from rigid_body_sim.physics.vectors import add_scaled, cross, dot, load, load_st
 NEAR = 1e-6  # [m] apart from the nearest point of a manifold: it counts half in the first centre
 
 AT_END = 0.97  # [-] cosine of normal and axis of a cylinder above which an edge is at its end
+
+WITHIN = 1.0 - 1e-6  # [-] of the radius of a cylinder: what is nearer to the axis is no rim
 
 STEEP = 0.7  # [-] of a component z of the normal: the first tangent lies across x below, z above
 
@@ -173,16 +176,65 @@ def _symmetry_of_surface(collider: int, table: Indices, bodies: Array) -> float:
 
 
 @inline
+def _weight_of(symmetry_a: float, symmetry_b: float) -> float:
+    """Return the weight of two surfaces: points follow that of the rounder one."""
+    if symmetry_a == symmetry_b:
+        return 0.5
+    return 0.0 if symmetry_a > symmetry_b else 1.0
+
+
+@inline
 def surface_weight(collider_a: int, collider_b: int, table: Indices, bodies: Array) -> float:
     """
     Tell whose surface the points follow: that of the body that moves, of the rounder one, else of
     both.
     """
-    symmetry_a = _symmetry_of_surface(collider_a, table, bodies)
-    symmetry_b = _symmetry_of_surface(collider_b, table, bodies)
-    if symmetry_a == symmetry_b:
-        return 0.5
-    return 0.0 if symmetry_a > symmetry_b else 1.0
+    return _weight_of(
+        _symmetry_of_surface(collider_a, table, bodies),
+        _symmetry_of_surface(collider_b, table, bodies),
+    )
+
+
+@inline
+def _lies_on_end(
+    cylinder: int, load_on_it: int, record: int, colliders: ColliderArrays, manifolds: Array
+) -> bool:  # fmt: skip
+    """
+    Tell whether all points of a manifold are those of another body that moves and lies on an end
+    of a cylinder, within its rim: they go round with that body, where those of the rim stay.
+    """
+    table = colliders.table
+    row, place = cylinder * collider_record.SIZE, cylinder * pose.SIZE
+    if (
+        table[row + collider_record.TYPE] != collider.CYLINDER
+        or table[load_on_it * collider_record.SIZE + collider_record.BODY] < 0
+    ):
+        return False
+    axis = pose.axis(colliders.poses, place, 2)
+    if abs(dot(axis, load(manifolds, record + manifold_record.NORMAL))) < AT_END:
+        return False
+    rim = WITHIN * colliders.parameters[table[row + collider_record.PARAMETERS] + RADIUS]
+    middle = load(colliders.poses, place + pose.POSITION)
+    for point in range(int(manifolds[record + manifold_record.POINT_COUNT])):
+        found = record + manifold_record.POINTS + point * manifold.POINT
+        away = cross(axis, subtract(load(manifolds, found), middle))
+        if dot(away, away) > rim * rim:
+            return False
+    return True
+
+
+@inline
+def _weight_beside_ends(
+    a: int, b: int, record: int, colliders: ColliderArrays, manifolds: Array, bodies: Array
+) -> float:
+    """Tell the same as `surface_weight` of a manifold that the end of a cylinder may have."""
+    symmetry_a = _symmetry_of_surface(a, colliders.table, bodies)
+    symmetry_b = _symmetry_of_surface(b, colliders.table, bodies)
+    if _lies_on_end(a, b, record, colliders, manifolds):
+        symmetry_a = FIXED
+    elif _lies_on_end(b, a, record, colliders, manifolds):
+        symmetry_b = FIXED
+    return _weight_of(symmetry_a, symmetry_b)
 
 
 @inline
@@ -332,6 +384,10 @@ def prepare_points(
             rows[lane + constraint.FACES] = faces(a, b, normal, colliders)
         if _rolls_on_flat(_type(a, table), _type(b, table)):
             rows[lane + constraint.ROUNDNESS] = _whose_rim(
+                a, b, record, colliders, manifolds, bodies
+            )
+        if _type(a, table) == collider.CYLINDER or _type(b, table) == collider.CYLINDER:
+            rows[lane + constraint.SURFACE_WEIGHT] = _weight_beside_ends(
                 a, b, record, colliders, manifolds, bodies
             )
         point_count = int(manifolds[record + manifold_record.POINT_COUNT])
