@@ -8,18 +8,25 @@ Row r of n keeps columns r - band … r + 2 band, 3 band + 1 numbers side by sid
 above the diagonal is what pivoting may fill. A full matrix is the one with band = n - 1. Cost: 2 n
 band^2 multiplications.
 
+Behind them stands the weight of the row, by which its entries are multiplied where rows are
+compared for a pivot: a row of a force is in kg, one of a torque in kg m^2, and which is the
+larger must not depend on the unit of length. With 1 / sqrt(m) of the inertia m of the row, those
+of M^-1/2 A M^-1/2 are compared, whose numbers are without unit.
+
 Source: Golub & Van Loan, Matrix Computations, section 4.3.
 """
 
 from __future__ import annotations
+
+import math
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 
 
 @inline
 def row_size(band):
-    """Count the numbers of a row."""
-    return 3 * band + 1
+    """Count the numbers of a row, its weight among them."""
+    return 3 * band + 2
 
 
 @inline
@@ -32,6 +39,12 @@ def size(n, band):
 def entry(band, row, column):
     """Place of an entry, |row - column| <= band."""
     return row * row_size(band) + column - row + band
+
+
+@inline
+def weigh(band, matrix, row, inertia):
+    """Set the weight of a row, from the inertia that the row has: in the units of its entries."""
+    matrix[(row + 1) * row_size(band) - 1] = 1.0 / math.sqrt(inertia)
 
 
 @kernel
@@ -68,17 +81,18 @@ def subtract_from_column(band, matrix, row, column, v):
 @kernel
 def solve(n, band, matrix, rhs):
     """
-    Solve matrix x = rhs; x replaces rhs, the matrix is used up.
+    Solve matrix x = rhs, whose rows were weighed; x replaces rhs, the matrix is used up.
 
         returns : 1, or 0 for a matrix that is singular or not finite
     """
     width = row_size(band)
+    weight = width - 1
     for k in range(n):
         below = min(k + band, n - 1)
         right = min(k + 2 * band, n - 1)
-        pivot, largest = k, abs(matrix[k * width + band])
+        pivot, largest = k, abs(matrix[k * width + band]) * matrix[k * width + weight]
         for row in range(k + 1, below + 1):
-            candidate = abs(matrix[row * width + k - row + band])
+            candidate = abs(matrix[row * width + k - row + band]) * matrix[row * width + weight]
             if candidate > largest:
                 pivot, largest = row, candidate
         if not (0.0 < largest < 1e300):
@@ -92,6 +106,7 @@ def solve(n, band, matrix, rhs):
                     matrix[top + column],
                 )
             rhs[k], rhs[pivot] = rhs[pivot], rhs[k]
+            matrix[pivot * width + weight] = matrix[k * width + weight]
         over = 1.0 / matrix[top + k]
         for row in range(k + 1, below + 1):
             place = row * width - row + band

@@ -44,7 +44,11 @@ from rigid_body_sim.physics.forces.derivatives import (
 )
 from rigid_body_sim.physics.forces.evaluator import Derivatives
 from rigid_body_sim.physics.integration.schemes.implicit import banded
-from rigid_body_sim.physics.integration.schemes.implicit.banded import add_to_column, entry
+from rigid_body_sim.physics.integration.schemes.implicit.banded import (
+    add_to_column,
+    entry,
+    weigh,
+)
 from rigid_body_sim.physics.integration.schemes.implicit.coupling import (
     BODY,
     FIRST_MEMBER,
@@ -137,12 +141,14 @@ def _start_equations(i, h, bodies, table, blocks, system):
     for axis in range(3):
         mass = 1.0 / translation[place + INVERSE_MASS]
         matrix[entry(band, row + axis, row + axis)] += mass
+        weigh(band, matrix, row + axis, mass)
         system.rhs[row + axis] = h * translation[place + LANES * axis + FORCE]
     if i < blocks.n_rigid:
         turning = row + POINT
         for axis in range(3):
             column = _inertia(blocks.rotation, i, along(axis, 1.0))
             add_to_column(band, matrix, turning, turning + axis, column)
+            weigh(band, matrix, turning + axis, column[axis])
         torque = read_vector(blocks.rotation, at(i, ROTATION) + TORQUE)
         store(system.rhs, turning, scale(h, torque))
     total = 0.0

@@ -36,6 +36,7 @@ from rigid_body_sim.physics.integration.schemes.implicit.banded import (
     add_to_row,
     entry,
     subtract_from_column,
+    weigh,
 )
 from rigid_body_sim.physics.integration.schemes.implicit.coupling import (
     BODY,
@@ -218,6 +219,7 @@ def start_equations(midpoint, i, a, b, blocks, system):
         held = held and force == translation[component + HELD_FORCE]
         system.rhs[unknown + axis] = mass * b[VELOCITY_CHANGE + axis] - a * force
         system.matrix[entry(system.band, unknown + axis, unknown + axis)] += mass
+        weigh(system.band, system.matrix, unknown + axis, mass)
     b[ONLY_HELD_FORCE] = 1.0 if held else 0.0
     if i < blocks.n_rigid:
         _start_equations_of_rotation(midpoint, i, a, b, blocks, system)
@@ -242,6 +244,9 @@ def _start_equations_of_rotation(midpoint, i, a, b, blocks, system):
     add_to_row(band, matrix, unknown, unknown, (i1, g1 * w3, g1 * w2))
     add_to_row(band, matrix, unknown + 1, unknown, (g2 * w3, i2, g2 * w1))
     add_to_row(band, matrix, unknown + 2, unknown, (g3 * w2, g3 * w1, i3))
+    weigh(band, matrix, unknown, i1)
+    weigh(band, matrix, unknown + 1, i2)
+    weigh(band, matrix, unknown + 2, i3)
     if not midpoint:  # the rotation of R^T T: (R^T T) x theta
         for axis in range(3):
             change = cross(impulse, attitude_change(midpoint, b, a, axis))
