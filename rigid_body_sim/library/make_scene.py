@@ -14,16 +14,18 @@ validator; `dataclasses.replace` varies them. Words and units are those of a sce
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rigid_body_sim.physics.errors import InvalidModel
+from rigid_body_sim.physics.errors import InvalidModel, blaming
 from rigid_body_sim.physics.model import mass_properties, rotation
 from rigid_body_sim.physics.model.numbers import array_of_numbers, number, numbers, shown
+from rigid_body_sim.physics.model.pivot import check_given
 from rigid_body_sim.physics.model.scene import (
     Body,
     Frame,
@@ -37,7 +39,7 @@ from rigid_body_sim.physics.model.scene import (
 )
 from rigid_body_sim.physics.model.shapes import Particle, Plane, Shape, Surface
 from rigid_body_sim.physics.model.tick_length import tick_nanoseconds
-from rigid_body_sim.physics.validation import check_record
+from rigid_body_sim.physics.validation import check_scene, need, placing
 
 NOWHERE: Vector = (0.0, 0.0, 0.0)
 
@@ -85,25 +87,32 @@ def make_body(
 
     Raises InvalidModel for what no physics can honour; the rest is judged with the scene.
     """
-    held = fixed or motion is not None or isinstance(shape, Plane)
-    body = Body(name, shape, mass=0.0, fixed=held, motion=motion, mass_flow=mass_flow)
-    body = _with_mass(body, mass=mass, density=density, inertia=inertia)
-    if center_of_mass is not None:
-        body = replace(body, center_of_mass=_vector('center_of_mass', center_of_mass, 'm'))
-    initial = Motion(
-        position=_vector('position', position, 'm'),
-        orientation=tuple(orientation),  # type: ignore[arg-type]  # which the record judges
-        velocity=_vector('velocity', velocity, 'm/s'),
-    )
-    spin = _spin(initial, angular_velocity, angular_velocity_body)
-    body = replace(
-        body,
-        initial=replace(initial, angular_velocity=spin),
-        material=Material(restitution, friction, rolling_friction, torsional_friction),
-        frames=dict(frames or {}),
-        surface_velocity=_vector('surface_velocity', surface_velocity, 'm/s'),
-    )
-    return body if pivot is None else _on_pivot(body, pivot)
+    with _of_body(name):
+        with blaming('fixed'):
+            need(fixed, bool | np.bool_, 'True or False')
+        held = bool(fixed) or motion is not None or isinstance(shape, Plane)
+        body = Body(name, shape, mass=0.0, fixed=held, motion=motion, mass_flow=mass_flow)
+        body = _with_mass(body, mass=mass, density=density, inertia=inertia)
+        if center_of_mass is not None:
+            body = replace(body, center_of_mass=_vector('center_of_mass', center_of_mass, 'm'))
+        initial = Motion(
+            position=_vector('position', position, 'm'),
+            orientation=orientation,  # type: ignore[arg-type]  # which the record judges
+            velocity=_vector('velocity', velocity, 'm/s'),
+        )
+        spin = _spin(initial, angular_velocity, angular_velocity_body)
+        body = replace(
+            body,
+            initial=replace(initial, angular_velocity=spin),
+            material=Material(restitution, friction, rolling_friction, torsional_friction),
+            frames={} if frames is None else frames,
+            surface_velocity=_vector('surface_velocity', surface_velocity, 'm/s'),
+        )
+        if pivot is None:
+            return body
+        return _on_pivot(
+            body, pivot, placed=position is not NOWHERE, moving=velocity is not NOWHERE
+        )
 
 
 def make_scene(
@@ -129,29 +138,49 @@ def make_scene(
 
     Raises InvalidModel with the path of what is wrong.
     """
-    from rigid_body_sim.physics.integration.choose import name_and_options  # slow to import
+    from rigid_body_sim.physics.integration.choose import check_method, name_and_options  # slow
 
-    method, options = name_and_options(integrator, integrator_options)
-    scene = Scene(
-        name=name,
-        dt_ns=tick_nanoseconds(dt),
-        bodies=tuple(bodies),
-        integrator=method,
-        integrator_options=dict(options or {}),
-        gravity=_vector('gravity', gravity, 'm/s^2'),
-        forces=tuple(forces),
-        contact=dict(contact or {'mode': 'none'}),
-    )
-    check_record(scene)
+    with placing():
+        method, options = name_and_options(integrator, integrator_options)
+        options = {} if options is None else options
+        check_method(method, options)
+        with blaming('dt'):
+            dt_ns = tick_nanoseconds(dt)
+        scene = Scene(
+            name=name,
+            dt_ns=dt_ns,
+            bodies=_all_of('bodies', bodies, 'bodies, such as make_body returns'),
+            integrator=method,
+            integrator_options=options,
+            gravity=_vector('gravity', gravity, 'm/s^2'),
+            forces=_all_of('forces', forces, 'force elements, such as a Spring'),
+            contact={'mode': 'none'} if contact is None else contact,
+        )
+        check_scene(scene)
     return scene
+
+
+@contextmanager
+def _of_body(name: object) -> Iterator[None]:
+    """Say of refusals inside which body is meant, and what of it."""
+    try:
+        with placing():
+            yield
+    except InvalidModel as error:
+        raise InvalidModel(f'body {shown(name)}: {error}', at=error.at) from None
+
+
+def _all_of(what: str, given: Any, wanted: str) -> tuple[Any, ...]:
+    """Return the elements of a list, a tuple or whatever else has some in an order."""
+    if not isinstance(given, Iterable) or isinstance(given, str | bytes | Mapping | Set):
+        raise InvalidModel(f'got {shown(given)}; a list of {wanted}, is needed', at=(what,))
+    return tuple(given)
 
 
 def _vector(what: str, values: Any, unit: str) -> Vector:
     given = values.tolist() if isinstance(values, np.ndarray) else values
-    try:
+    with blaming(what):
         x, y, z = numbers(given, 3, unit=unit)
-    except InvalidModel as error:
-        raise InvalidModel(f'{what}: {error}') from None
     return (x, y, z)
 
 
@@ -173,27 +202,28 @@ def _with_mass(
 ) -> Body:
     if isinstance(body.shape, Plane | Surface):
         if mass is not None or density is not None or inertia is not None:
-            raise InvalidModel(f'{body.name!r} is ground and has no mass; leave it out')
+            raise InvalidModel('it is ground and has no mass; leave it out', at=('mass',))
         return body
     tensor = None if inertia is None else _tensor(inertia)
+    if mass is not None:
+        with blaming('mass'):
+            mass = number(mass, unit='kg')
     if body.shape is None:
         if density is not None:
-            raise InvalidModel(f'{body.name!r} has no shape, so no density; give its mass [kg]')
-        return replace(
-            body,
-            mass=0.0 if mass is None and body.fixed else number(mass, unit='kg'),
-            inertia=tensor,
-        )
-    if body.fixed and mass is None and density is None:
+            raise InvalidModel('it has no shape, so no density; give its mass [kg]', at=('mass',))
+        with blaming('mass'):
+            kilograms = 0.0 if mass is None and body.fixed else number(mass, unit='kg')
+        return replace(body, mass=kilograms, inertia=tensor)
+    with blaming('shape'):
+        need(body.shape, Shape, 'a shape, such as Box((0.4, 0.2, 0.1)),')
+    if body.fixed and not mass and density is None:  # 0 kg is that of what has none
         if isinstance(body.shape, Particle):
-            return body
+            return replace(body, inertia=tensor)
         own = mass_properties.states_its_mass(body.shape)
         of = mass_properties.of_shape(body.shape, density=None if own else 1.0)
-        return replace(body, center_of_mass=_vector('center', of.center_of_mass, 'm'))
-    try:
-        of = mass_properties.of_shape(body.shape, mass=mass, density=density)
-    except InvalidModel as error:
-        raise InvalidModel(f'{body.name!r}: {error}') from None
+        center = _vector('center_of_mass', of.center_of_mass, 'm')
+        return replace(body, center_of_mass=center, inertia=tensor)
+    of = mass_properties.of_shape(body.shape, mass=mass, density=density)
     body = replace(
         body, mass=of.mass, center_of_mass=_vector('center_of_mass', of.center_of_mass, 'm')
     )
@@ -209,18 +239,30 @@ def _tensor(inertia: ArrayLike) -> np.ndarray:
     if tensor is None or tensor.shape != (3, 3):
         got = shown(inertia) if tensor is None else f'the shape {tensor.shape}'
         raise InvalidModel(
-            f'inertia: got {got}; numbers (3, 3), or three principal moments, [kg m^2] are needed'
+            f'got {got}; numbers (3, 3), or three principal moments, [kg m^2] are needed',
+            at=('inertia',),
         )
     return tensor
 
 
-def _on_pivot(body: Body, pivot: Pivot) -> Body:
-    """Return the body turning about its pivot: position and velocity follow."""
-    arm = np.subtract(body.center_of_mass, pivot.point)
+def _on_pivot(body: Body, pivot: Pivot, *, placed: bool, moving: bool) -> Body:
+    """
+    Return the body turning about its pivot: position and velocity follow.
+
+    placed, moving : whether a position, a velocity was given, which then must be that
+    """
+    with blaming('pivot'):
+        need(pivot, Pivot, 'a Pivot')
+        point, at = (_vector(key, getattr(pivot, key), 'm') for key in ('point', 'at'))
+    arm = np.subtract(body.center_of_mass, point)
     turned = rotation.rotate(body.initial.orientation, arm)
-    start = replace(
-        body.initial,
-        position=_vector('position', np.add(pivot.at, turned), 'm'),
-        velocity=_vector('velocity', np.cross(body.initial.angular_velocity, turned), 'm/s'),
-    )
-    return replace(body, pivot=pivot, initial=start)
+    position = _vector('position', np.add(at, turned), 'm')
+    velocity = _vector('velocity', np.cross(body.initial.angular_velocity, turned), 'm/s')
+    given = body.initial
+    if placed:
+        why = 'the pivot is at `at`'
+        check_given(given.position, position, what='position', unit='m', why=why)
+    if moving:
+        why = 'it is angular_velocity x arm'
+        check_given(given.velocity, velocity, what='velocity', unit='m/s', why=why)
+    return replace(body, pivot=pivot, initial=replace(given, position=position, velocity=velocity))

@@ -14,7 +14,8 @@ from __future__ import annotations
 import dataclasses
 import math
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -64,14 +65,14 @@ MATERIAL = {
 
 def check_scene(scene: Scene) -> None:
     """Refuse a scene that cannot be simulated, by InvalidModel with a path (`at`)."""
-    _need(scene, Scene, 'a Scene, such as load_scene returns,')
+    need(scene, Scene, 'a Scene, such as load_scene returns,')
     with blaming('name'):
         check_title(scene.name)
     _check_ticks(scene.dt_ns)
     with blaming('integrator'):
-        _need(scene.integrator, str, 'the name of an integrator')
+        need(scene.integrator, str, 'the name of an integrator')
     with blaming('integrator_options'):
-        _need(scene.integrator_options, Mapping, 'a mapping of options by name')
+        need(scene.integrator_options, Mapping, 'a mapping of options by name')
     with blaming('gravity'):
         need_square(math.hypot(*numbers(scene.gravity, 3, unit='m/s^2')), unit='m/s^2')
     with blaming('contact'):
@@ -84,7 +85,7 @@ def check_scene(scene: Scene) -> None:
     with blaming('contact'):
         _check_pair_rules(scene.contact, names)
     with blaming('forces'):
-        _need(scene.forces, list | tuple, 'a tuple of force elements')
+        need(scene.forces, list | tuple, 'a tuple of force elements')
     for i, force in enumerate(scene.forces):
         with blaming('forces', i):
             _check_force(force, names)
@@ -92,11 +93,19 @@ def check_scene(scene: Scene) -> None:
 
 def check_record(scene: Scene) -> None:
     """Refuse a scene that cannot be simulated, with the path in the message too."""
-    try:
+    with placing():
         check_scene(scene)
+
+
+@contextmanager
+def placing() -> Iterator[None]:
+    """Write into the refusals inside what they blame, as a path."""
+    try:
+        yield
     except InvalidModel as error:
-        place = path_text(error.at)
-        raise InvalidModel(f'{place}: {error}' if place else str(error), at=error.at) from None
+        place, said = path_text(error.at), str(error)
+        whole = said if not place or said.startswith(place) else f'{place}: {said}'
+        raise InvalidModel(whole, at=error.at) from None
 
 
 def check_name(name: object, *, of: str = 'body') -> None:
@@ -138,16 +147,16 @@ def check_body(body: Body, *, sound: set[bytes]) -> None:
 
     sound : inertia tensors that were judged before; its own is added
     """
-    _need(body, Body, 'a Body')
+    need(body, Body, 'a Body')
     with blaming('name'):
         check_title(body.name)
         if body.name in RESERVED:
             raise InvalidModel(_reserved(body.name))
     if body.shape is not None:
         with blaming('shape'):
-            _need(body.shape, Shape, 'a shape')
+            need(body.shape, Shape, 'a shape')
     with blaming('fixed'):
-        _need(body.fixed, bool | np.bool_, 'True or False')
+        need(body.fixed, bool | np.bool_, 'True or False')
         if isinstance(body.shape, Plane) and not body.fixed:
             raise InvalidModel('a plane is always fixed; set fixed to True')
         if isinstance(body.shape, Surface) and not body.fixed:
@@ -185,7 +194,7 @@ def check_body(body: Body, *, sound: set[bytes]) -> None:
 
 def check_frames(body: Body) -> None:
     """Refuse frames that the body cannot have."""
-    _need(body.frames, Mapping, 'a mapping of names to frames')
+    need(body.frames, Mapping, 'a mapping of names to frames')
     if body.frames and body.is_point:
         raise InvalidModel(
             f'{body.name!r} is a point mass and has no axes to which a frame could be fixed; '
@@ -194,7 +203,7 @@ def check_frames(body: Body) -> None:
     for name, frame in body.frames.items():
         check_name(name, of='frame')
         with blaming(name):
-            _need(frame, Frame, 'a Frame')
+            need(frame, Frame, 'a Frame')
             with blaming('position'):
                 numbers(frame.position, 3, unit='m')
             with blaming('orientation'):
@@ -212,7 +221,8 @@ def check_mass(body: Body) -> None:
         )
 
 
-def _need(value: object, kind: Any, what: str) -> None:
+def need(value: object, kind: Any, what: str) -> None:
+    """Refuse what is not of a kind."""
     if not isinstance(value, kind):
         raise InvalidModel(f'got {shown(value)}; {what} is needed')
 
@@ -227,7 +237,7 @@ def _check_ticks(dt_ns: Any) -> None:
 
 
 def _check_contact(contact: Any) -> None:
-    _need(contact, Mapping, "a mapping such as {'mode': 'timestep'}")
+    need(contact, Mapping, "a mapping such as {'mode': 'timestep'}")
     if contact.get('mode', 'none') != 'none':
         from rigid_body_sim.physics.contact.settings import ContactSettings
 
@@ -245,7 +255,7 @@ def _check_pair_rules(contact: Mapping[str, Any], names: Collection[str]) -> Non
 
 def _check_bodies(scene: Scene) -> Collection[str]:
     with blaming('bodies'):
-        _need(scene.bodies, list | tuple, 'a tuple of bodies')
+        need(scene.bodies, list | tuple, 'a tuple of bodies')
         if not scene.bodies:
             raise InvalidModel('there are none; a scene needs at least one body')
     names: dict[str, None] = {}
@@ -273,6 +283,11 @@ def _check_places(body: Body) -> None:
     for field in ('center_of_mass', 'shape_position'):
         with blaming(field):
             numbers(getattr(body, field), 3, unit='m')
+    if isinstance(body.shape, Particle) and any(body.center_of_mass):
+        raise InvalidModel(
+            f'got {shown(body.center_of_mass)}; a particle is a point mass: leave it out',
+            at=('center_of_mass',),
+        )
     with blaming('shape_orientation'):
         _check_attitude(body.shape_orientation)
 
@@ -308,7 +323,7 @@ def _check_inertia(body: Body, sound: set[bytes]) -> None:
 
 def _check_motion(body: Body) -> None:
     motion = body.initial
-    _need(motion, Motion, 'a Motion')
+    need(motion, Motion, 'a Motion')
     for field, unit in MOTION.items():
         with blaming(field):
             numbers(getattr(motion, field), 3, unit=unit)
@@ -358,7 +373,7 @@ def _check_energies(body: Body) -> None:
 
 
 def _check_material(material: Any) -> None:
-    _need(material, Material, 'a Material')
+    need(material, Material, 'a Material')
     for field, unit in MATERIAL.items():
         with blaming(field):
             most = 1.0 if field == 'restitution' else None
@@ -366,7 +381,7 @@ def _check_material(material: Any) -> None:
 
 
 def _check_flow(body: Body, flow: Any) -> None:
-    _need(flow, MassFlow, 'a MassFlow')
+    need(flow, MassFlow, 'a MassFlow')
     with blaming('rate'):
         number(flow.rate, unit='kg/s')
     with blaming('exhaust_velocity'):
@@ -378,16 +393,16 @@ def _check_flow(body: Body, flow: Any) -> None:
 
 
 def _check_inertia_over_time(body: Body, law: Any) -> None:
-    _need(law, InertiaOverTime, 'an InertiaOverTime')
+    need(law, InertiaOverTime, 'an InertiaOverTime')
     with blaming('table'):
-        _need(law.table, list | tuple, 'a tuple of rows')
+        need(law.table, list | tuple, 'a tuple of rows')
         for row in law.table:
             numbers(row, 4, unit='s, kg m^2')
     check_inertia_over_time(body)
 
 
 def _check_pivot(body: Body) -> None:
-    _need(body.pivot, Pivot, 'a Pivot')
+    need(body.pivot, Pivot, 'a Pivot')
     assert body.pivot is not None
     for field in ('point', 'at'):
         with blaming(field):
@@ -413,7 +428,7 @@ def _check_setting(value: Any, known: Mapping[str, Any], names: Collection[str])
     kind, unit = known['kind'], known.get('unit') or '-'
     if kind in ('body', 'body_or_world', 'bodies'):
         if kind == 'bodies':
-            _need(value, list | tuple, 'a tuple of names of bodies')
+            need(value, list | tuple, 'a tuple of names of bodies')
         for name in value if kind == 'bodies' else (value,):
             is_world = kind == 'body_or_world' and isinstance(name, str) and name == WORLD
             if not is_world and (not isinstance(name, str) or name not in names):

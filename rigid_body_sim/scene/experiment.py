@@ -275,6 +275,8 @@ def _option(value: Value, option: Any) -> Any:
         return value.choice(option.choices, what=str(value.path[-1]))
     if isinstance(option.default, bool):
         return value.truth()
+    if isinstance(option.default, int):
+        return value.whole(minimum=option.minimum, maximum=option.maximum)
     return value.number(unit='-', minimum=option.minimum, maximum=option.maximum)
 
 

@@ -15,13 +15,11 @@ from dataclasses import replace
 import numpy as np
 
 from rigid_body_sim.physics.model import rotation
-from rigid_body_sim.physics.model.pivot import arm_of, check_pivot
+from rigid_body_sim.physics.model.pivot import arm_of, check_given, check_pivot
 from rigid_body_sim.physics.model.scene import Body, Pivot, Vector
 from rigid_body_sim.physics.state.layout import as_vector
 from rigid_body_sim.scene.grammar import PIVOT
 from rigid_body_sim.scene.values import Value
-
-AGREEMENT = 1e-6  # [-] of the numbers: what is given twice is often rounded by hand
 
 
 def with_pivot(body: Body, value: Value | None, initial: Value | None) -> Body:
@@ -61,10 +59,5 @@ def _agree(initial: Value | None, key: str, wanted: Vector, *, unit: str, why: s
     if given is None:
         return
     vector = given.vector(unit=unit)
-    size = max(1.0, float(np.max(np.abs(wanted))))
-    if not np.allclose(vector, wanted, rtol=0.0, atol=AGREEMENT * size):
-        shown = ', '.join(f'{number:.9g}' for number in wanted)
-        raise given.error(
-            f'got {list(vector)}; with this pivot {key} is [{shown}] {unit}, for {why}: remove '
-            'this key'
-        )
+    with given.blamed():
+        check_given(vector, wanted, what=key, unit=unit, why=why)

@@ -122,6 +122,101 @@ def test_what_no_physics_can_honour_is_refused(make, reason):
         make()
 
 
+NAN, HUGE = float('nan'), 10**400
+NO_NUMBERS = [True, 'a', [1], {}, NAN, float('inf'), HUGE]
+NO_VECTORS = [[1, 2], [1, 2, NAN], 'abc', [True, 0, 0], 5, {}, [[1, 2, 3]], [1, 2, HUGE]]
+NO_ATTITUDES = [[0, 0, 0, 0], [0, 0, 1], [NAN, 0, 0, 1], 'abcd', [True, 0, 0, 1], 5, {}]
+NO_TRUTHS = [0, 1, 'yes', [True], 2.5]
+NO_MOMENTS = [[1, 1, 3], [1, 1, -1], [0, 1, 1], [NAN, 1, 1], [True, 1, 1], [1, 1, HUGE]]
+WORDS = {  # of a body: what it may not be
+    'mass': [-1, 0, *NO_NUMBERS],
+    'density': [-1, 0, *NO_NUMBERS],
+    'restitution': [-1, 2, *NO_NUMBERS],
+    'friction': [-1, *NO_NUMBERS],
+    'fixed': NO_TRUTHS,
+    'position': NO_VECTORS,
+    'velocity': NO_VECTORS,
+    'angular_velocity': NO_VECTORS,
+    'angular_velocity_body': NO_VECTORS,
+    'center_of_mass': NO_VECTORS,
+    'surface_velocity': NO_VECTORS,
+    'orientation': NO_ATTITUDES,
+    'inertia': NO_MOMENTS,
+    'frames': [5, True, [1]],
+}
+WORDS_OF_SCENE = {
+    'dt': [-1, 0, *NO_NUMBERS],
+    'gravity': NO_VECTORS,
+    'contact': [5, 'none', [1], True, {'mode': 'x'}, {'mode': 'timestep', 'substep': 1}],
+    'integrator': [
+        5, 'rk5', [1], True, {'rtol': 1}, {'name': 'rk45', 'rtoll': 1},
+        {'name': 'rk45', 'rtol': 9},
+        *({'name': 'rk45', 'substeps': none} for none in (0, 1.5, True, 'a', NAN)),
+        {'name': 'auto', 'tolerance': -1},
+    ],
+}  # fmt: skip
+STARTS = ('position', 'velocity', 'orientation', 'angular_velocity', 'angular_velocity_body')
+
+
+def written(word, value, *, of_scene):
+    """Read a scene of a sphere in which a word has a value."""
+    body = {'name': 'b', 'shape': {'type': 'sphere', 'radius': 0.1}, 'mass': 1.0}
+    scene = {'version': 1, 'name': 's', 'dt': 1e-3, 'bodies': [body]}
+    if word == 'density':
+        del body['mass']
+    if word == 'inertia':
+        value = dict(zip(('ixx', 'iyy', 'izz'), value, strict=True))
+    place = body.setdefault('initial', {}) if word in STARTS else body
+    (scene if of_scene else place)[word] = value
+    return rbs.load_scene(scene)
+
+
+def made(word, value, *, of_scene):
+    """Make the same scene."""
+    mass = {} if word == 'density' else {'mass': 1.0}
+    body = mass if of_scene else mass | {word: value}
+    scene = {'dt': 1e-3} | ({word: value} if of_scene else {})
+    return rbs.make_scene([rbs.make_body('b', rbs.Sphere(0.1), **body)], **scene)
+
+
+@pytest.mark.parametrize('word', [*WORDS, *WORDS_OF_SCENE])
+def test_what_a_file_may_not_say_no_call_may_say(word):
+    of_scene = word in WORDS_OF_SCENE
+    for value in (WORDS_OF_SCENE if of_scene else WORDS)[word]:
+        with pytest.raises(rbs.UserError, match=word):
+            written(word, value, of_scene=of_scene)
+        with pytest.raises(rbs.InvalidModel, match=word):
+            made(word, value, of_scene=of_scene)
+
+
+@pytest.mark.parametrize('none', [5, 'box', {'type': 'box'}, [rbs.Sphere(1)], rbs.Box, b''])
+def test_what_is_no_record_is_refused_by_its_place(none):
+    for call, place in (
+        (lambda: rbs.make_body('b', none, mass=1), "body 'b': shape: got"),
+        (
+            lambda: rbs.make_body('b', mass=1, inertia=(1, 1, 1), pivot=none),
+            "body 'b': pivot: got",
+        ),
+        (lambda: rbs.make_scene(none), 'bodies'),
+        (lambda: rbs.make_scene([rbs.make_body('b', mass=1)], none), 'forces'),
+        (lambda: rbs.make_scene([none]), r'bodies\[0\]: got'),
+    ):
+        with pytest.raises(rbs.InvalidModel, match=place):
+            call()
+
+
+def test_a_position_beside_a_pivot_must_be_the_one_that_follows():
+    pivot = rbs.Pivot((0, 0, 0.5), (0, 0, 2))
+
+    def hung(**start):
+        return rbs.make_body('b', rbs.Box((0.1, 0.1, 1)), mass=1, pivot=pivot, **start)
+
+    assert hung(position=(0, 0, 1.5)).initial == hung().initial
+    for wrong in ({'position': (0, 0, 0)}, {'velocity': (0, 0, 1)}):
+        with pytest.raises(rbs.InvalidModel, match='with this pivot'):
+            hung(**wrong)
+
+
 def test_an_integrator_may_come_with_its_options_as_in_a_scene_file():
     told = {'name': 'rk45', 'rtol': 1e-9}
     scene = rbs.make_scene([rbs.make_body('a', mass=1)], integrator=told)

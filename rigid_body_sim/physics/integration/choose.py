@@ -221,6 +221,16 @@ def name_and_options(
     return options.pop('name'), options
 
 
+def check_method(name: str, given: Mapping[str, Any]) -> None:
+    """Refuse a method that there is not, `auto` being one, and options that it has not."""
+    _need_name(name, (*INTEGRATORS, NAME))
+    _need_options(given)
+    if name == NAME:
+        configured(given)
+    else:
+        integrator_of(name, given)
+
+
 def integrator_of(name: str, given: Mapping[str, Any]) -> Integrator:
     """Configure an integrator; InvalidModel for an unknown one or an impossible option."""
     _need_name(name, INTEGRATORS)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from rigid_body_sim.physics.errors import InvalidModel, choose_from
-from rigid_body_sim.physics.model.numbers import shown
+from rigid_body_sim.physics.model.numbers import is_number, shown
 
 
 @dataclass(frozen=True)
@@ -36,8 +36,8 @@ class Option:
             if not isinstance(value, bool):
                 raise InvalidModel(f'{name}: got {shown(value)}; true or false is needed')
             return value
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            raise InvalidModel(f'{name}: got {shown(value)}; a number is needed')
+        if not is_number(value):
+            raise InvalidModel(f'{name}: got {shown(value)}; a finite number is needed')
         if not self.minimum <= value <= self.maximum:
             raise InvalidModel(
                 f'{name}: got {shown(value)}; a number from {self.minimum!r} '
@@ -60,10 +60,13 @@ def checked(
         if name not in options:
             cure = choose_from(name, options) if options else '; allowed: none'
             raise InvalidModel(f'integrator {integrator!r} has no option {shown(name)}{cure}')
-    return {
-        name: option.checked(name, given.get(name, option.default))
-        for name, option in options.items()
-    }
+    try:
+        return {
+            name: option.checked(name, given.get(name, option.default))
+            for name, option in options.items()
+        }
+    except InvalidModel as error:
+        raise InvalidModel(f'integrator {integrator!r}: {error}') from None
 
 
 SUBSTEPS = Option(1, minimum=1, maximum=1_000_000)  # of every integrator: steps that make a tick

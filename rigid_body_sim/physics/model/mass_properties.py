@@ -25,6 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 from rigid_body_sim.physics.errors import InvalidModel, blaming
 from rigid_body_sim.physics.model import quadrature, rotation
 from rigid_body_sim.physics.model.inertia_tensor import check_inertia
+from rigid_body_sim.physics.model.numbers import number, shown
 from rigid_body_sim.physics.model.plain_products import dot, length, times, turned_tensor
 from rigid_body_sim.physics.model.principal_axes import principal_axes
 from rigid_body_sim.physics.model.self_overlap import need_single
@@ -95,6 +96,16 @@ def of_shape(
     The inertia of a particle is zero; that of particles is whatever their sum gives
     (`check_inertia`). The density is that of those parts of a union that have none of their own.
     """
+    if not isinstance(shape, Shape):
+        raise InvalidModel(
+            f'got {shown(shape)}; a shape is needed, such as Box((0.4, 0.2, 0.1))', at=('shape',)
+        )
+    if mass is not None:
+        with blaming('mass'):
+            mass = number(mass, unit='kg')
+    if density is not None:
+        with blaming('density'):
+            density = number(density, unit='kg/m^3')
     if isinstance(shape, Plane):
         raise InvalidModel('a plane has no mass: it is static; remove mass and density')
     if isinstance(shape, Surface):
@@ -239,7 +250,7 @@ def _of_points(
 
 def _of_parts(shape: Union, *, mass: float | None, density: float | None) -> MassProperties:
     parts = []
-    for number, part in enumerate(shape.parts):
+    for place, part in enumerate(shape.parts):
         own = part.density
         if part.mass is None and own is None and not isinstance(part.shape, Particle | Particles):
             own = density
@@ -247,7 +258,7 @@ def _of_parts(shape: Union, *, mass: float | None, density: float | None) -> Mas
                 part.shape, Union
             ):  # whose parts speak for themselves
                 raise InvalidModel(
-                    f'parts[{number}]: neither mass nor density is given, and a mass of the whole '
+                    f'parts[{place}]: neither mass nor density is given, and a mass of the whole '
                     'is not shared out; give the part a mass [kg], or the whole a density '
                     '[kg/m^3]',
                     at=('shape',),
@@ -255,7 +266,7 @@ def _of_parts(shape: Union, *, mass: float | None, density: float | None) -> Mas
         try:
             of = of_shape(part.shape, mass=part.mass, density=own)
         except InvalidModel as error:
-            raise InvalidModel(f'parts[{number}]: {error}', at=('shape',)) from error
+            raise InvalidModel(f'parts[{place}]: {error}', at=('shape',)) from error
         parts.append(moved(of, position=part.position, orientation=part.orientation))
     whole = union(parts)
     _need_agreement(mass, whole.mass, 'parts')

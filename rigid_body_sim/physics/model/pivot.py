@@ -25,9 +25,24 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model.mass_properties import parallel_axes
-from rigid_body_sim.physics.model.scene import Body
+from rigid_body_sim.physics.model.scene import Body, Vector
 
 Array = NDArray[np.float64]
+
+
+AGREEMENT = 1e-6  # [-] of the numbers: what is given twice is often rounded by hand
+
+
+def check_given(given: Vector, wanted: Vector, *, what: str, unit: str, why: str) -> None:
+    """Refuse a position or velocity that is not the one that follows from the pivot."""
+    size = max(1.0, float(np.max(np.abs(wanted))))
+    if not np.allclose(given, wanted, rtol=0.0, atol=AGREEMENT * size):
+        numbers = ', '.join(f'{number:.9g}' for number in wanted)
+        raise InvalidModel(
+            f'got {list(given)}; with this pivot {what} is [{numbers}] {unit}, for {why}: leave '
+            'it out',
+            at=(what,),
+        )
 
 
 def check_pivot(body: Body) -> None:
