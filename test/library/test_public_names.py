@@ -73,6 +73,55 @@ def test_log_takes_every_shape_and_refuses_what_is_no_attitude():
             rotation.log(wrong)
 
 
+NAN, HALF = float('nan'), np.ones(4) / 2
+TURN = rotation.matrix(HALF)
+NO_ATTITUDES = [
+    (0, 0, 0, 0), (0, 0, 0, 2), (0, 0, 0, 1.00001), (0, 0, NAN, 1), (0, 0, 0, 1e200), (1, 2, 3),
+    'abcd', None, 1.0, (0, 0, 0, True), [HALF, 2 * HALF],
+]  # fmt: skip
+NO_MATRICES = [
+    2 * TURN, -TURN, TURN @ np.diag((1, 1, -1)), TURN + 1e-5, TURN * NAN, np.zeros((3, 3)),
+    1e200 * TURN, np.eye(4), np.eye(2), 'abc', None, [TURN, 2 * TURN],
+    np.array([[1, 1e-5, 0], [0, 1, 0], [0, 0, 1]]),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    'of',
+    [
+        rotation.inverse, rotation.conjugate, rotation.matrix,
+        lambda q: rotation.rotate(q, (1, 2, 3)), lambda q: rotation.rotate_back(q, (1, 2, 3)),
+        lambda q: rotation.angle_between(q, HALF), lambda q: rotation.angle_between(HALF, q),
+    ],
+)  # fmt: skip
+def test_what_is_no_attitude_turns_nothing(of):
+    for wrong in NO_ATTITUDES:
+        with pytest.raises(rbs.InvalidModel, match=r'got .* needed'):
+            of(wrong)
+    of(HALF.astype(np.float32))
+    of((0, 0, 0, 1 + 1e-7))
+    of(np.zeros((0, 4)))
+
+
+def test_what_is_no_rotation_matrix_is_no_attitude():
+    for wrong in NO_MATRICES:
+        with pytest.raises(rbs.InvalidModel, match=r'from_matrix: .*got .*'):
+            rotation.from_matrix(wrong)
+    for right in (TURN, TURN.astype(np.float32), [TURN, TURN.T], np.zeros((0, 3, 3))):
+        rotation.from_matrix(right)
+
+
+def test_a_refused_rotation_is_told_by_its_place():
+    with pytest.raises(rbs.InvalidModel, match=r'matrix: q\[1\]: got .* length is 2, allowed: 1'):
+        rotation.matrix([HALF, 2 * HALF])
+    with pytest.raises(rbs.InvalidModel, match=r'determinant is -1, allowed: \+1'):
+        rotation.from_matrix(np.diag((1, 1, -1)))
+    for of in (rotation.exp, rotation.normalise, rotation.log, rotation.as_scipy):
+        for wrong in ((NAN, 0, 0, 0), (NAN, 0, 0), 'abc', 5):
+            with pytest.raises(rbs.InvalidModel, match='got'):
+                of(wrong)
+
+
 def test_scenes_and_simulations_tell_of_themselves():
     scene, sim = rbs.load_scene('two_bodies'), rbs.Simulation('two_bodies')
     assert repr(scene).startswith(
