@@ -43,7 +43,7 @@ from rigid_body_sim.analysis.derivatives_with_bands import (
 from rigid_body_sim.analysis.piecewise_spline import BEFORE, DEGREE, Break, End, Undetermined, cut
 from rigid_body_sim.analysis.samples import need_bandwidth, need_motion, vector_of
 from rigid_body_sim.errors import UserError
-from rigid_body_sim.physics.model.numbers import array_of_numbers
+from rigid_body_sim.physics.model.numbers import array_of_numbers, shown
 
 Array = NDArray[np.float64]
 
@@ -147,7 +147,8 @@ def inverse_kinematics(
 def _samples(time: ArrayLike, position: ArrayLike) -> tuple[Array, Array]:
     stamps, samples = array_of_numbers(time), array_of_numbers(position)
     if stamps is None or samples is None:
-        raise UserError('times and positions must be numbers')
+        wrong = time if stamps is None else position
+        raise UserError(f'got {shown(wrong)}; times and positions must be numbers')
     if stamps.ndim != 1 or samples.shape != (len(stamps), 3):
         raise UserError(
             f'times of shape {stamps.shape}, positions of shape {samples.shape}; needed: (n,) '

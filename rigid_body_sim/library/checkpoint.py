@@ -29,6 +29,7 @@ from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.simulation import Simulation
 from rigid_body_sim.recording.new_output import check_folder, replacing
+from rigid_body_sim.recording.paths import path_of
 from rigid_body_sim.runs.manifest_values import ManifestValues
 from rigid_body_sim.runs.recorder import TICK_SEMANTICS, held_as_json
 from rigid_body_sim.scene import load_scene
@@ -60,7 +61,7 @@ _MISFITS = (InvalidModel, ValueError, LookupError, TypeError, AttributeError, Ar
 
 def write(simulation: Simulation, path: str | os.PathLike[str]) -> None:
     """Write a checkpoint; see `library.simulation.Simulation.save`."""
-    place = Path(path)
+    place = path_of(path, said='save')
     check_folder(place)
     kept = simulation.__getstate__()
     scene = with_text(kept['scene'])
@@ -85,7 +86,7 @@ def write(simulation: Simulation, path: str | os.PathLike[str]) -> None:
 
 def read(path: str | os.PathLike[str]) -> Mapping[str, Any]:
     """Read a checkpoint as what `Simulation.__setstate__` takes; see `write`."""
-    place = Path(path)
+    place = path_of(path, said='load')
     try:
         whole = place.read_bytes()
     except (OSError, ValueError) as error:

@@ -32,6 +32,7 @@ from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.recording.columns import Columns, Progress, read_columns
 from rigid_body_sim.recording.every_body import with_every_body
+from rigid_body_sim.recording.paths import path_of
 from rigid_body_sim.recording.record_values import RecordValues
 from rigid_body_sim.runs.manifest_values import MOST_NS
 from rigid_body_sim.runs.reading_guard import interpreting
@@ -58,7 +59,7 @@ def open_bag(path: str | os.PathLike[str], *, progress: Progress | None = None) 
     Raises UserError for what is no bag, or one without poses, and RunError for a damaged one; a
     recording that was cut off is restored by `bag recover` first.
     """
-    place = Path(path)
+    place = path_of(path, said='open_bag')
     with interpreting(place):
         return _read(place, progress or (lambda _count: None))
 

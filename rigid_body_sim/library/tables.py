@@ -31,6 +31,7 @@ from rigid_body_sim.library.run_arrays import RunArrays
 from rigid_body_sim.missing_packages import missing
 from rigid_body_sim.physics.state.impacts import KINDS
 from rigid_body_sim.recording.new_output import replacing
+from rigid_body_sim.recording.paths import path_of
 
 if TYPE_CHECKING:
     import pandas
@@ -142,7 +143,7 @@ def write_parquet(
 ) -> None:
     """Write the table as a Parquet file, as a whole or not at all."""
     pyarrow = _need('pyarrow')
-    _write_parquet(pyarrow, run, columns(run), Path(path))
+    _write_parquet(pyarrow, run, columns(run), path_of(path, said='to_parquet'))
     progress(len(run.time))
 
 
@@ -157,7 +158,7 @@ def _write_parquet(pyarrow: Any, run: RunArrays, table: dict[str, Any], path: Pa
 
 def write_impacts(run: RunArrays, path: str | os.PathLike[str]) -> None:
     """Write the impacts of a run as CSV or Parquet, by the suffix; see `impact_columns`."""
-    table, place = impact_columns(run), Path(path)
+    table, place = impact_columns(run), path_of(path, said='impacts')
     if place.suffix.lower() == '.parquet':
         _write_parquet(_need('pyarrow'), run, table, place)
         return
@@ -173,7 +174,8 @@ def write_csv(
     """Write the table as a CSV file, numbers as `repr` has them, as a whole or not at all."""
     table = columns(run)
     arrays = [*table.values()]
-    with replacing(Path(path)) as new, new.open('w', encoding='utf-8', newline='') as file:
+    place = path_of(path, said='to_csv')
+    with replacing(place) as new, new.open('w', encoding='utf-8', newline='') as file:
         file.write(','.join(table) + '\n')
         for start in range(0, len(run.time), ROWS):
             rows = np.stack([array[start : start + ROWS] for array in arrays], axis=1).tolist()

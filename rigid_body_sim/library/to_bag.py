@@ -8,18 +8,18 @@ from __future__ import annotations
 
 import os
 import shutil
-from pathlib import Path
 
 from rigid_body_sim.errors import RunError, UserError
 from rigid_body_sim.library.made_again import MadeAgain
 from rigid_body_sim.library.run_arrays import RunArrays
 from rigid_body_sim.recording.new_output import check_new
+from rigid_body_sim.recording.paths import path_of
 from rigid_body_sim.runs.recorder import RunRecorder
 
 
 def write_bag(run: RunArrays, path: str | os.PathLike[str]) -> None:
     """Record a run; see `Run.save`."""
-    folder = Path(path)
+    folder = path_of(path, said='save')
     if run._origin is None:
         raise UserError(f'{folder}: this run came from {run.path}, which is its bag: copy that')
     check_new(folder)

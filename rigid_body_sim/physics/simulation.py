@@ -54,7 +54,7 @@ from rigid_body_sim.physics.integration.integrator import Integrator
 from rigid_body_sim.physics.integration.lookout import Lookout, RecordedChoices, Watch
 from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.physics.model.body_axis import moment_of_body
-from rigid_body_sim.physics.model.numbers import shown
+from rigid_body_sim.physics.model.numbers import checked_vector, shown
 from rigid_body_sim.physics.model.scene import Scene, Vector
 from rigid_body_sim.physics.model.tick_length import LONGEST_NS, tick_nanoseconds, whole_ticks
 from rigid_body_sim.physics.model.variable_mass import end_of_mass, mass_at
@@ -585,6 +585,9 @@ class Simulation:
         returns : both at the centre of mass, in world axes
         """
         self._settle()
+        said = f'impulse on {shown(body)}'
+        linear = checked_vector(said, 'linear', linear)
+        angular = checked_vector(said, 'angular', angular)
         core, linear, angular, frame = self._held.checked(body, linear, angular, frame)
         if frame != 'world':
             self._layout.principal_axes_of(core, linear)  # refuses a point mass
@@ -1033,10 +1036,19 @@ class Simulation:
         Raises InvalidModel for a state that is none of this scene, one whose numbers are not
         finite, and a tick before its last reset.
         """
-        if not isinstance(tick, int | np.integer) or tick < 0:
-            raise InvalidModel(f'tick {shown(tick)}; a whole number of at least 0 is needed')
+        if not isinstance(tick, int | np.integer) or isinstance(tick, bool) or tick < 0:
+            raise InvalidModel(
+                f'restore: tick {shown(tick)}; a whole number of at least 0 is needed'
+            )
+        are_slots = isinstance(slots, Mapping) and all(type(s) is Slot for s in slots.values())
+        if not are_slots:
+            raise InvalidModel(
+                f'restore: slots {shown(slots)}; a mapping as `held_slots` gives it is needed'
+            )
         if not isinstance(state, bytes | bytearray) or len(state) % 8:
-            raise InvalidModel('a state is bytes as `state_bytes` gives them, eight for a number')
+            raise InvalidModel(
+                'restore: a state is bytes as `state_bytes` gives them, eight for a number'
+            )
         numbers = np.frombuffer(state[: self._layout.state_size], dtype='<f8')
         if not np.isfinite(numbers).all():
             raise InvalidModel(
@@ -1104,7 +1116,8 @@ class Simulation:
 def _whole(ticks: object) -> int:
     """Return a number of ticks; InvalidModel unless it is whole and at least 0."""
     try:
-        count = operator.index(ticks)  # type: ignore[arg-type]  # which is what it tells
+        is_number = not isinstance(ticks, bool)
+        count = operator.index(ticks) if is_number else -1  # type: ignore[arg-type]  # which it tells
     except TypeError:
         count = -1
     if count < 0:

@@ -261,7 +261,7 @@ def _truncation(mean: Any, deviation: Any, low: Any, high: Any) -> str | None:
 
 def _whole_range(low: Any, high: Any) -> str | None:
     whole = np.all(low == np.floor(low)) and np.all(high == np.floor(high))
-    small = np.all(np.abs([low, high]) < 2**53)
+    small = np.all(np.abs(low) < 2**53) and np.all(np.abs(high) < 2**53)
     return _ascending(low, high) if whole and small else 'two whole numbers below 2^53 are needed'
 
 

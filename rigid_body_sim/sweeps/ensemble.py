@@ -399,7 +399,9 @@ def sweep(
     else:
         import pyarrow.parquet
 
-        path = Path(output)
+        from rigid_body_sim.recording.paths import path_of
+
+        path = path_of(output, said='sweep: output')
         to_file(plan, path, workers=count, scheduler=scheduler, progress=told)
         made = pyarrow.parquet.read_table(path)
     return made.to_pandas()

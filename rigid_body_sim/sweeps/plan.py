@@ -15,7 +15,7 @@ import hashlib
 import json
 import math
 import operator
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
@@ -355,8 +355,21 @@ def _seconds(value: Any, what: str) -> float:
     return float(value)
 
 
+def _names(what: str, given: Any) -> tuple[str, ...]:
+    """Return a name alone as a list of one; UserError for what is no list."""
+    if isinstance(given, str):
+        return (given,)
+    if not isinstance(given, Iterable):
+        raise UserError(f'sweep: {what}: got {shown(given)}; a list of names is needed')
+    named = tuple(given)
+    for name in named:
+        if not isinstance(name, str):
+            raise UserError(f'sweep: {what}: got {shown(name)}; a name is needed, as text')
+    return named
+
+
 def _keep(keep: Sequence[str]) -> tuple[str, ...]:
-    named = (keep,) if isinstance(keep, str) else tuple(keep)
+    named = _names('keep', keep)
     for name in named:
         if name not in GROUPS:
             raise UserError(f'sweep: keep {shown(name)}; allowed: {", ".join(GROUPS)}')
@@ -364,7 +377,7 @@ def _keep(keep: Sequence[str]) -> tuple[str, ...]:
 
 
 def _bodies(bodies: Sequence[str], scene: Scene) -> tuple[str, ...]:
-    named = (bodies,) if isinstance(bodies, str) else tuple(bodies)
+    named = _names('bodies', bodies)
     known = [body.name for body in scene.bodies]
     for name in named:
         if name not in known:

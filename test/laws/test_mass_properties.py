@@ -352,7 +352,7 @@ def test_the_triangle_inequality_has_the_stated_tolerance() -> None:
         (Sphere(1.0), {}, 'either mass'),
         (Sphere(1.0), {'mass': 1.0, 'density': 1.0}, 'either mass'),
         (Sphere(1.0), {'mass': -1.0}, 'must be positive'),
-        (Sphere(1.0), {'mass': math.nan}, 'must be positive'),
+        (Sphere(1.0), {'mass': math.nan}, 'a finite number'),
         (Sphere(1.0), {'density': 0.0}, 'must be positive'),
         (Sphere(1e-200), {'density': 1.0}, 'must be positive'),
         (Box((1e200, 1e200, 1.0)), {'density': 1.0}, 'must be positive and finite'),

@@ -301,6 +301,10 @@ def check_motion(body: Body) -> None:
         raise InvalidModel(f'{name} moves as told; remove surface_velocity, or motion')
     for way, unit in zip(WAYS, UNITS, strict=True):
         with blaming(way):
+            if not is_list(getattr(motion, way)):
+                raise InvalidModel(
+                    f'got {shown(getattr(motion, way))}; a tuple of Oscillations is needed'
+                )
             for each in getattr(motion, way):
                 _check_oscillation(each, unit)
     if motion.point is not None:
