@@ -16,13 +16,14 @@ what the table says.
 The finer runs are of the same method in a half and a quarter of its steps. A method that controls
 its error has half and quarter ticks, so that it cannot take the same steps, and tolerances TIGHTER
 as well. Where the step does not resolve the motion, all steps of an implicit method lose it in the
-same way and agree with one another, not with the truth: there the finer runs are of `rk8`, in as
-many substeps as resolve the fastest spring, damper and spin (RESOLVED). What is left below the
-rounding of the state is given as that rounding, never as nothing.
+same way and agree with one another, not with the truth: the finer runs of an implicit method are
+of `rk8`, and so are those of any method where a step is long beside the fastest spring, damper,
+pendulum and spin, in as many substeps as resolve these (RESOLVED). What is left below the rounding
+of the state is given as that rounding, never as nothing.
 
 Limits: an estimate is not `reliable`, and says why (`doubt`), where the finer runs do not settle
-(r > SETTLED: chaotic motion, or a step far too long), or where the motion is faster than
-MOST_SUBSTEPS resolve. It costs six times the run, where the step resolves nothing more.
+(r > SETTLED, SETTLED_RK8: chaotic motion, or a step far too long), or where the motion is faster
+than MOST_SUBSTEPS resolve. It costs six times the run, where the step resolves nothing more.
 """
 
 from __future__ import annotations
@@ -36,7 +37,9 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.integration.integrators import INTEGRATORS
 from rigid_body_sim.physics.integration.orientation import ORIENTATION
+from rigid_body_sim.physics.model.pivot import arm_of, inertia_of
 from rigid_body_sim.physics.model.rotation import angle_between
+from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.simulation import Simulation
 from rigid_body_sim.physics.state.snapshot import State
 
@@ -49,7 +52,9 @@ RK8_ORDER = 8
 UNRESOLVED = 0.5  # [-] h times a rate from which on a step is not trusted to see the motion
 RESOLVED = {'rotation': 0.25, 'oscillation': 1.0, 'relaxation': 2.0}  # [-] h times rate for rk8
 MOST_SUBSTEPS = 3000  # of rk8 in a step of the run
+LEAST_SUBSTEPS = 2  # of rk8 beside an implicit method, which hides what it does not resolve
 SETTLED = 0.75  # [-] largest r; the least order, one, has 0.5
+SETTLED_RK8 = 0.3  # [-] the same of `rk8` beside another method: it has 0.04 where it resolves
 ROUNDING = float(np.finfo(np.float64).eps)
 
 
@@ -96,6 +101,7 @@ class ReferenceRun:
         self._of = of
         self._began = of.tick
         self._doubt = ''
+        self._swings = swing_rate(of.scene)
         self._turns = any(
             not body.is_point and (body.motion is not None or not body.fixed)
             for body in of.scene.bodies
@@ -144,7 +150,9 @@ class ReferenceRun:
         """Largest h times rate of the bodies, by kind, at this instant [-]."""
         of, h = self._of, self._of.dt / self._of.integrator.substeps
         rates = of.stability.rates(of.state)
-        return {kind: h * float(np.max(rates[kind], initial=0.0)) for kind in RESOLVED}
+        found = {kind: h * float(np.max(rates[kind], initial=0.0)) for kind in RESOLVED}
+        found['oscillation'] = max(found['oscillation'], h * self._swings)
+        return found
 
     def _parts_for_rk8(self) -> int:
         """
@@ -152,10 +160,12 @@ class ReferenceRun:
         does, or the method is exact.
         """
         rates = self._rates()
-        integrator = self._of.integrator
-        order = integrator.free_order if self._nothing_acts() else integrator.order
-        if order > RK8_ORDER or max(rates.values()) <= UNRESOLVED:
+        integrator, free = self._of.integrator, self._nothing_acts()
+        if (integrator.free_order if free else integrator.order) > RK8_ORDER:
             return 0
+        if max(rates.values()) <= UNRESOLVED:
+            hides = integrator.wants_derivatives and not free
+            return LEAST_SUBSTEPS if hides else 0
         parts = max(2, *(math.ceil(rate / RESOLVED[kind]) for kind, rate in rates.items()))
         if parts > MOST_SUBSTEPS:
             kind = max(rates, key=lambda each: rates[each] / RESOLVED[each])
@@ -202,9 +212,10 @@ class ReferenceRun:
         floors = self._floors(states[0])
         found: dict[str, float] = {}
         settled = True
+        most = SETTLED if self._made[0] == self._of.integrator.name else SETTLED_RK8
         for name, floor in floors.items():
             first, second, whole = (_apart(name, *pair) for pair in _pairs(states))
-            found[name], good = _limit(first, second, whole, floor)
+            found[name], good = _limit(first, second, whole, floor, most=most)
             settled = settled and good
         doubt = self._doubt
         if not doubt and not settled:
@@ -231,6 +242,26 @@ class ReferenceRun:
         }
         gathered = 8.0 * ROUNDING * math.sqrt(1.0 + steps) * self._spread * turned
         return {name: (0.5 * ROUNDING * x, gathered * x) for name, x in sizes.items()}
+
+
+def swing_rate(scene: Scene) -> float:
+    """
+    Fastest spin of any pendulum of a scene that falls from above under its weight [rad/s].
+
+    2 sqrt(m g l / I),  l = |a|,  I = l^2 / max_u u ([a] I_O^-1 [a]^T) u: the least inertia across
+    the arm a
+    """
+    fastest, g = 0.0, math.hypot(*scene.gravity)
+    for body in scene.bodies:
+        if body.pivot is not None and body.inertia is not None and g > 0.0:
+            x, y, z = arm = arm_of(body)
+            cross = np.array(((0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0)))
+            yields = cross @ np.linalg.inv(inertia_of(body)) @ cross.T  # [1/kg]
+            length = float(np.linalg.norm(arm))
+            if length > 0.0:
+                largest = float(np.linalg.eigvalsh(0.5 * (yields + yields.T))[-1])
+                fastest = max(fastest, 2.0 * math.sqrt(body.mass * g * largest / length))
+    return fastest
 
 
 def _spread_of_moments(simulation: Simulation) -> float:
@@ -264,7 +295,7 @@ def _apart(name: str, a: State, b: State) -> Array:
 
 
 def _limit(
-    first: Array, second: Array, whole: Array, floor: tuple[float, float]
+    first: Array, second: Array, whole: Array, floor: tuple[float, float], *, most: float
 ) -> tuple[float, bool]:
     """
     Error of the body that errs most, and whether the differences shrink: Aitken's limit, not below
@@ -272,12 +303,14 @@ def _limit(
 
     first, second, whole : |y1 - y0|, |y2 - y1|, |y2 - y0| of each body
     floor                : rounding of the state, and what a run may gather of it
+    most                 : largest r of what settles
     """
     rounding, gathered = floor
     largest = float(np.max(whole, initial=0.0))
     before, after = float(np.max(first, initial=0.0)), float(np.max(second, initial=0.0))
     shrinks = after / before if before > 0.0 else (0.0 if after == 0.0 else math.inf)
-    settled = shrinks <= SETTLED or max(before, after) <= gathered
+    settled = shrinks <= most or max(before, after) <= gathered
+    settled = settled and largest < math.inf
     factor = 1.0 / (1.0 - min(shrinks, SETTLED) ** 2)
     if not shrinks <= SETTLED:
         largest, factor = max(largest, before, after), 1.0

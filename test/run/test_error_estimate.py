@@ -110,6 +110,58 @@ def test_what_a_step_damps_away_is_an_error_that_is_seen():
     assert estimate.reliable
 
 
+BOX = {'ixx': 0.3, 'iyy': 0.35, 'izz': 0.1}
+MASS = 1e12  # kg: two of them 10 m apart fall round each other in 17 s
+SWINGING = {
+    'a pendulum': {
+        'gravity': [0, 0, -9.81],
+        'bodies': [
+            {
+                'name': 'bar', 'mass': 2.0, 'inertia': BOX,
+                'pivot': {'point': [0, 0, 0.5], 'at': [0, 0, 0]},
+                'initial': {'orientation': [0.5, 0.2, 0, 1]},
+            }
+        ],
+    },
+    'an orbit': {
+        'bodies': [
+            {
+                'name': f'star{i}', 'mass': MASS, 'shape': {'type': 'particle'},
+                'initial': {'position': [10.0 * i, 0, 0], 'velocity': [0, 3.65 * i, 0]},
+            }
+            for i in range(2)
+        ],
+        'forces': [{'type': 'gravity', 'among': ['star0', 'star1']}],
+    },
+}  # fmt: skip
+IMPLICIT = ['implicit_euler', 'implicit_midpoint', 'sdirk2', 'linearly_implicit']
+
+
+@pytest.mark.usefixtures('plain_source')
+@pytest.mark.parametrize(
+    ('what', 'integrator', 'dt'),
+    [
+        *(('a pendulum', name, 0.7) for name in (*IMPLICIT, 'dmv6')),
+        *(('an orbit', name, 5.0) for name in IMPLICIT[1:]),
+    ],
+)
+def test_what_swings_too_fast_for_the_step_is_an_error_that_is_seen(what, integrator, dt):
+    """No spring tells how fast these turn; all long steps of an implicit method agree on it."""
+    ticks = 12
+    scene = {'version': 1, 'name': 'swing', 'dt': dt, **SWINGING[what]}
+    run = finished(scene, integrator=integrator, seconds=ticks * dt)
+    told, end = run.error_estimate(), run.simulation.state
+    true = Simulation(
+        load_scene(scene), integrator='rk8', integrator_options={'substeps': 60}
+    )  # h rate < 0.1: its own error is below 1e-9 of what is compared
+    true.step(ticks)
+    for key in ('position', 'velocity', 'angular_velocity'):
+        error = np.max(np.linalg.norm(getattr(end, key) - getattr(true.state, key), axis=1))
+        assert error <= FACTOR * getattr(told, key) + 1e-9, key
+        if told.reliable:
+            assert error >= getattr(told, key) / FACTOR - 1e-9, key
+
+
 def test_what_no_finer_run_resolves_is_said_to_be_unreliable():
     scene = spring(0.1, stiffness=1e12, damping=0.0)
     run = finished(scene, integrator='implicit_euler', seconds=0.2)
