@@ -5,12 +5,18 @@ An overlap deeper than a tenth of the smaller body is a warning while it happens
 stands where the solver can carry it.
 """
 
+import math
+
+import numpy as np
 import pytest
 
+from rigid_body_sim.physics.model import mass_properties
+from rigid_body_sim.physics.model.scene import Body
+from rigid_body_sim.physics.model.shapes import Box, Part, Union
 from rigid_body_sim.physics.simulation import Simulation
 from rigid_body_sim.runs.run import Run, RunSettings
 
-from .touching import ball, box, ground, scene
+from .touching import ball, box, ground, motion, scene
 
 EDGE = 0.2  # [m]
 
@@ -163,3 +169,24 @@ def test_the_deepest_gap_is_that_of_every_tick_whoever_looks():
     assert min(seen) - 1e-5 < seldom.deepest_gap() <= min(0.0, *seen)
     seldom.reset()
     assert seldom.deepest_gap() is None
+
+
+@pytest.mark.parametrize('tilt', [0.0, 0.1, 0.3])
+@pytest.mark.parametrize(('gap', 'mass'), [(0.06, 0.1), (0.08, 1e-3), (0.075, 0.5)])
+def test_what_is_jammed_in_a_clamp_that_is_too_narrow_stays_there_and_says_so(gap, mass, tilt):
+    """
+    Both jaws push it out, and it cannot obey both: what they give must not grow without end.
+    """
+    jaw = Box((0.1, 0.3, 0.3))
+    places = [(sign * 0.5 * (0.1 + gap), 0.0, 0.0) for sign in (-1, 1)]
+    shape = Union(tuple(Part(jaw, mass=60.0, position=place) for place in places))
+    inertia = mass_properties.of_shape(shape).inertia
+    clamp = Body('clamp', shape, 120.0, inertia=inertia, initial=motion((0, 0, 0)))
+    turn = (0.0, math.sin(0.5 * tilt), 0.0, math.cos(0.5 * tilt))
+    cube = box('cube', 0.1, (0.003, 0, 0.01), mass=mass, q=turn)
+    sim = Simulation(scene([clamp, cube], dt=0.004, gravity=(0, 0, 0)))
+    for _ in range(50):
+        sim.step()
+        assert np.abs(sim.state.velocity[:2]).max() < 1.0  # [m/s] it is pushed at 0.25 at most
+    assert np.abs(sim.state.position[1] - (0.003, 0, 0.01)).max() < 0.01
+    assert any('more than a tenth' in text for text in sim.overlap_warnings.values())

@@ -360,3 +360,26 @@ def test_a_face_that_strikes_while_it_spins_loses_mu_times_the_impulse_at_its_ra
     lost = 60 - sim.state.angular_velocity[1, 2]
     # a blow is solved to `step.STRUCK`: what is left of it comes without friction of its own
     assert lost == pytest.approx(MU * impulse * radius / inertia, rel=1e-2)
+
+
+@pytest.mark.parametrize('e', [0.3, 0.7, 1.0])
+def test_a_box_that_lands_a_hair_off_flat_slides_and_turns_on_as_one_that_lands_flat(e):
+    """
+    By what the hair, of a millionth of a radian, turns of its speeds of up to 20: not by its
+    friction, which is that of all that presses in the bounce.
+    """
+    hair = 1e-6
+    rng = np.random.default_rng(3)
+    for _ in range(8):
+        friction, speed, spin = rng.choice([0.2, 0.6]), rng.uniform(0, 3), rng.uniform(-20, 20)
+        height, ends = rng.uniform(0.002, 0.01), []
+        material = {'friction': friction, 'restitution': e}
+        for tilt in (0.0, hair):
+            lands = box(
+                'box', (0.2, 0.3, 0.1), (0, 0, 0.05 + height), q=(0.3 * tilt, 0.4 * tilt, 0, 1),
+                velocity=(speed, 0.3 * speed, -1), turn=(0, 0, spin), material=material,
+            )  # fmt: skip
+            sim = Simulation(scene([ground(material=material), lands], dt=DT))
+            sim.step(int(height / DT) + 2)
+            ends.append((sim.state.velocity[1], sim.state.angular_velocity[1]))
+        assert np.abs(np.array(ends[1]) - ends[0]).max() < 15 * hair

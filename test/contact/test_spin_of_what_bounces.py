@@ -90,6 +90,30 @@ def test_a_rolling_ball_comes_back_from_a_smooth_wall_with_its_share():
         assert sim.state.velocity[2, 0] == pytest.approx(-0.8 * speed, rel=1e-7)
 
 
+@pytest.mark.parametrize('friction', [0.2, 0.8])
+@pytest.mark.parametrize('e', [0.4, 0.7, 1.0])
+def test_a_ball_that_rolls_against_a_smooth_wall_on_rough_ground_rolls_back_by_the_law(
+    e, friction
+):
+    """
+    The wall takes (1 + e) v and no spin; friction lets it roll again, which keeps the angular
+    momentum about the ground: 7/5 v' = v - (1 + e) v + 2/5 v. At all phases of the tick.
+    """
+    wall = Body('wall', Plane((-1.0, 0.0, 0.0), -1.0), 0.0, fixed=True)
+    floor = ground(material={'friction': friction})
+    speeds = np.linspace(0.8, 1.1, 7)  # [m/s]
+    for speed in speeds:
+        rolls = ball(
+            'ball', 0.1, (0.8, 0, 0.1), velocity=(speed, 0, 0), turn=(0, speed / 0.1, 0),
+            material={'friction': friction},
+        )  # fmt: skip
+        pairs = ({'bodies': ('ball', 'wall'), 'friction': 0.0, 'restitution': e},)
+        sim = Simulation(scene([floor, wall, rolls], dt=0.004, pairs=pairs))
+        sim.step(round((0.15 + speed / (friction * G)) / 0.004))
+        law = (2.0 / 7.0 - 5.0 / 7.0 * e) * speed
+        assert sim.state.velocity[2, 0] == pytest.approx(law, abs=1e-9)  # rounding; 2e-2 is a tick
+
+
 def test_a_ball_on_a_table_hands_its_speed_to_the_one_it_hits_however_it_spins():
     radius = 0.0286
     elastic = SMOOTH | {'restitution': 1.0}
@@ -101,6 +125,32 @@ def test_a_ball_on_a_table_hands_its_speed_to_the_one_it_hits_however_it_spins()
         sim.step(round(0.35 / speed / DT))
         # the table carries both: what one is sunk in more than the other tilts the normal
         assert sim.state.velocity[2, 0] == pytest.approx(speed, rel=1e-6)
+
+
+@pytest.mark.parametrize('draws', [12, pytest.param(200, marks=pytest.mark.long)])
+def test_a_billiard_shot_obeys_its_law_from_any_side_until_both_balls_roll(draws):
+    """
+    A ball that rolls hits one at rest off its middle: smooth balls on a rough table. Each rolls in
+    the end with 5/7 of what the shot gave it and 2/7 of what it spun with.
+    """
+    rng = np.random.default_rng(5)
+    for _ in range(draws):
+        radius, speed = rng.choice([0.0286, 0.1]), rng.uniform(0.5, 4.0)
+        e, friction, aside = rng.choice([0.5, 0.95, 1.0]), 0.3, rng.uniform(-0.9, 0.9)
+        ahead = 2 * radius * math.sqrt(1 - aside**2)
+        material = {'friction': friction}
+        cue = ball(
+            'cue', radius, (-ahead - 0.02 - rng.uniform(0, 0.02), 2 * radius * aside, radius),
+            velocity=(speed, 0, 0), turn=(0, speed / radius, 0), material=material,
+        )  # fmt: skip
+        other = ball('other', radius, (0, 0, radius), material=material)
+        pairs = ({'bodies': ('cue', 'other'), 'friction': 0.0, 'restitution': e},)
+        sim = Simulation(scene([ground(material=material), cue, other], dt=0.004, pairs=pairs))
+        sim.step(round((0.05 / speed + speed / (friction * G)) / 0.004))
+        normal = np.array([ahead / (2 * radius), -aside])
+        hit = 0.5 * (1 + e) * speed * normal[0] * normal
+        law = np.array([(speed, 0.0) - 5 / 7 * hit, 5 / 7 * hit])
+        assert np.abs(sim.state.velocity[1:3, :2] - law).max() < 1e-9 * speed
 
 
 @pytest.mark.parametrize('spin', [200.0, 500.0, -300.0])

@@ -81,6 +81,13 @@ SIZE = body.padding(64)  # eight cache lines
 FIRST_MANIFOLD = DISPLACEMENT
 # and where the first begins in the impulse cache that it has lost (`solver.impulse_cache`)
 FIRST_LOST = DISPLACEMENT + 1
+# and then, until anything has moved, the line along which it meets a ball, how many it may meet,
+# how fast that one and at most anybody is, and 1 if it rests on something (`solver.ball_impacts`)
+MEETS_ALONG, MEETINGS = DISPLACEMENT, TURN
+PAIR_SPEED, FASTEST, RESTS = TURN + 1, TURN + 2, TURN_SCALAR
+# when the last substep is over: what friction has given in it, and in the tick, where something
+# bounces (`islands.waiting`)
+RUBBED, RUBBED_IN_TICK = WARM_IMPULSE, MOMENTUM_BEFORE_RESTITUTION
 
 # [1/kg] in place of zero for what no impulse moves, but which has a velocity: see `solver.pivots`;
 # a power of two, so that p = v / HELD gives v back to the bit

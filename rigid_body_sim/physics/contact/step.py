@@ -71,7 +71,7 @@ from rigid_body_sim.physics.contact.energy import account, gain_bound, restituti
 from rigid_body_sim.physics.contact.energy.scratch import EnergyScratch
 from rigid_body_sim.physics.contact.events import flight_record
 from rigid_body_sim.physics.contact.events.flight import Flights
-from rigid_body_sim.physics.contact.islands import first_loads, left_sinking, sleep
+from rigid_body_sim.physics.contact.islands import first_loads, left_sinking, sleep, waiting
 from rigid_body_sim.physics.contact.islands.bouncing import mark_bouncing
 from rigid_body_sim.physics.contact.islands.sleep import SleepState
 from rigid_body_sim.physics.contact.islands.solver_groups import find_groups, sort_touching
@@ -79,6 +79,7 @@ from rigid_body_sim.physics.contact.islands.unsettled import NEAR, go_ahead
 from rigid_body_sim.physics.contact.packed_bodies import PackedBodies
 from rigid_body_sim.physics.contact.prescribed_bodies import PrescribedBodies
 from rigid_body_sim.physics.contact.solver import (
+    ball_impacts,
     batch_record,
     cache_record,
     colouring,
@@ -325,10 +326,11 @@ def _advance(ticks, tick, h, world):
         )  # fmt: skip
         evaluated = COUPLED and not VELOCITY_DEPENDENT
         if BOUNCES and counts[tick_counts.BATCHES] > 0:
-            bound_bounces(
-                touching, motion, colliders, constraints, energy, bodies, flows, driven,
+            moved = bound_bounces(
+                now, touching, motion, colliders, constraints, energy, bodies, flows, driven,
                 counts,
             )  # fmt: skip
+            evaluated = evaluated and not moved
         if take_back_gains(
             h, touching, motion, constraints, energy, bodies, flows, driven, settings, counts
         ):
@@ -947,6 +949,8 @@ def _pass_group(number, now, world):
         now, members, motion, world.colliders, own, world.energy, bodies, world.settings,
         counts,
     )  # fmt: skip
+    if BOUNCES:
+        ball_impacts.foresee(counts[tick_counts.LANES], WIDTH, now.h, members, own, bodies)
     groups[row + group_record.SHARED] = int(own.scratch[lane_scratch.SHARED])
     groups[row + group_record.SURFACES] = int(own.scratch[lane_scratch.SURFACES])
     begin_energy_balance(now.h, members, motion, bodies)
@@ -1063,17 +1067,21 @@ def scatter_momenta(group: Group, bodies: Array) -> None:
 
 
 def _bound_bounces(
-    touching, motion, colliders, constraints, energy, bodies, flows, driven, counts
+    now, touching, motion, colliders, constraints, energy, bodies, flows, driven, counts
 ):  # fmt: skip
-    """Apply restitution, and bound what it returns."""
+    """Apply restitution, and bound what it returns; tell whether it has moved bodies."""
     batch_count = counts[tick_counts.BATCHES]
     if not mark_bouncing(
         batch_count, motion.body_count, WIDTH, touching, constraints.batches, constraints.rows,
         energy.roots, constraints.colours,
     ):  # fmt: skip
-        return
+        return False
     if FLOWS:
         variable_mass.scale_to_present_mass(flows, bodies)
+    waiting.heed_friction(
+        batch_count, WIDTH, now.substep, now.substeps, touching, constraints.batches,
+        constraints.rows, bodies,
+    )  # fmt: skip
     restitution_bound.keep_momenta(touching, bodies)
     apply_restitution(
         counts[tick_counts.LANES], batch_count, constraints.rows, constraints.scratch,
@@ -1092,9 +1100,14 @@ def _bound_bounces(
             prescribed_bodies.BOUNCE, motion, driven, colliders, constraints, bodies, counts
         )
         prescribed_bodies.add_works(touching, driven, bodies)
+    moved = ball_impacts.catch_up(
+        batch_count, now.substep, now.substeps, motion, constraints.batches, constraints.rows,
+        bodies,
+    )  # fmt: skip
     if FLOWS:
         variable_mass.scale_to_start_mass(flows, bodies)
     scatter_momenta(Group(touching, False, motion), bodies)
+    return moved
 
 
 def _take_back_gains(

@@ -20,7 +20,7 @@ Indices = NDArray[np.int64]
 
 
 @inline
-def _bounces(lane: int, points: int, width: int, rows: Array) -> bool:
+def bounces(lane: int, points: int, width: int, rows: Array) -> bool:
     """Tell whether some point of a constraint bounces."""
     if not (rows[lane + constraint.RESTITUTION] > 0.0 and rows[lane + constraint.TOUCHED] > 0.0):
         return False
@@ -41,7 +41,7 @@ def _any_bounces(batch_count: int, width: int, batches: Indices, rows: Array) ->
         begin = batches[batch + batch_record.BEGIN]
         points = batches[batch + batch_record.POINT_COUNT]
         for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
-            if _bounces(lane, points, width, rows):
+            if bounces(lane, points, width, rows):
                 return True
     return False
 
@@ -73,7 +73,7 @@ def mark_bouncing(
         begin = batches[batch + batch_record.BEGIN]
         points = batches[batch + batch_record.POINT_COUNT]
         for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
-            if _bounces(lane, points, width, rows):
+            if bounces(lane, points, width, rows):
                 marks[find(moving_body_of(lane, static, rows), roots)] = 1
     for batch in range(0, batch_count * batch_record.SIZE, batch_record.SIZE):
         begin = batches[batch + batch_record.BEGIN]

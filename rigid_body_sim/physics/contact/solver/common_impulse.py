@@ -93,8 +93,9 @@ def _law(
         may = (pressure > 0.0) & (constraints[lane + constraint.BOUNCES] > 0.0)
     elif SOFT:
         impulse = points[row + contact_point.NORMAL_IMPULSE]
+        sudden = impulse - 2.0 * points[row + contact_point.WARM_NORMAL]
         mass, bias, iota = soft_law(
-            constraints, lane, mass, separation, impulse, inverse_h, slop, cap
+            constraints, lane, mass, separation, impulse, sudden, inverse_h, slop, cap
         )
     else:
         impulse = points[row + contact_point.NORMAL_IMPULSE]

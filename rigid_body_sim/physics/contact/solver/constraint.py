@@ -62,6 +62,9 @@ SHARE = constraint.number('-', 'w: of the surface that its face is a part of, se
 LEFT_ALONE = constraint.number(
     '-', 'share of the usual changes of its velocity that passes leave alone'
 )
+WAITS = constraint.number(
+    's', 'of two balls: rest of the tick when they meet, 0: they do not: `ball_impacts`'
+)
 FAR_SEPARATION = constraint.number('m', 'least of its far points: `far_points`')
 FAR_ARM_A = constraint.number('m', 'longest of their arms on A, with what lies beyond')
 FAR_ARM_B = constraint.number('m', 'the same of B')

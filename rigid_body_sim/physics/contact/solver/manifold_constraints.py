@@ -370,6 +370,7 @@ def prepare_points(
         wide_lanes.put_vector(rows, lane + constraint.TANGENT_1, tangent)
         wide_lanes.put_vector(rows, lane + constraint.TANGENT_2, cross(normal, tangent))
         rows[lane + constraint.TOUCHED] = 0.0
+        rows[lane + constraint.WAITS] = 0.0
         rows[lane + constraint.LEFT_SUBSTEPS] = 0.0
         a = int(manifolds[record + manifold_record.COLLIDER_A])
         b = int(manifolds[record + manifold_record.COLLIDER_B])

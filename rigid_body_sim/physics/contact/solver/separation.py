@@ -200,6 +200,8 @@ def update_balls(lanes: int, constraints: Array, points: Array, scratch: Array) 
 
         d = x_B - x_A = r_A - r_B,  n' = d / |d|,  s' = s + |d'| - |d|
         t' = t - (n' . t)/(1 + n . n') (n + n'), the smallest turn that takes n to n'
+
+    Two that meet in this tick keep the normal of that instant: `ball_impacts`.
     """
     for lane in range(lanes):
         arm_a, arm_b = wide_lanes.arms(points, lane)
@@ -213,8 +215,11 @@ def update_balls(lanes: int, constraints: Array, points: Array, scratch: Array) 
         line = subtract(arm_a, arm_b)
         way = add(line, motion)
         square = dot(way, way)
-        balls = (constraints[lane + constraint.ROUNDNESS] > constraint.BALL_ON_FIXED) & (
-            square > manifold.TINY
+        stays = constraints[lane + constraint.WAITS] > 0.0
+        balls = (
+            (constraints[lane + constraint.ROUNDNESS] > constraint.BALL_ON_FIXED)
+            & (square > manifold.TINY)
+            & (not stays)
         )
         length = math.sqrt(square if balls else 1.0)
         before = dot(normal, line)
@@ -225,11 +230,16 @@ def update_balls(lanes: int, constraints: Array, points: Array, scratch: Array) 
             way[2] / length if balls else normal[2],
         )
         reach = dot(normal, arm_a) + weight * opening
+        shift = 0.0 if stays else weight
         new_arm_a = (
-            reach * new_normal[0] if balls else arm_a[0] + weight * motion[0],
-            reach * new_normal[1] if balls else arm_a[1] + weight * motion[1],
-            reach * new_normal[2] if balls else arm_a[2] + weight * motion[2],
+            reach * new_normal[0] if balls else arm_a[0] + shift * motion[0],
+            reach * new_normal[1] if balls else arm_a[1] + shift * motion[1],
+            reach * new_normal[2] if balls else arm_a[2] + shift * motion[2],
         )
+        way = (
+            line[0] if stays else way[0], line[1] if stays else way[1],
+            line[2] if stays else way[2],
+        )  # fmt: skip
         points[lane + contact_point.SEPARATION] = separation + opening
         frame = turned_frame((normal, tangent_1, tangent_2), new_normal)
         turn_total(points, lane, (normal, tangent_1, tangent_2), frame)

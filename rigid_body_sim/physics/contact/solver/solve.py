@@ -77,6 +77,10 @@ OF_ROLLING = 0.01
 # slowly, piles are still lifted when nothing is lost any more in impacts
 RATE = 200.0
 
+# [-] impulse over that of the highest pace, from which a pace falls: with less a blow ends it,
+# without end what is jammed between two is given more than numbers can hold
+JAMS = 3.0
+
 LIFTS = 0.5  # [-] x from which a visit takes into account that friction lifts
 
 BENDS = slot('[-] whether anything turns but balls about their centres')
@@ -277,7 +281,7 @@ def mark_carried(used: int, constraints: Array, scratch: Array, bodies: Array) -
 
 @inline
 def soft_law(
-    constraints: Array, lane: int, mass: float, separation: float, impulse: float,
+    constraints: Array, lane: int, mass: float, separation: float, impulse: float, sudden: float,
     inverse_h: float, slop: float, cap: float,
 ) -> Any:  # fmt: skip
     """
@@ -286,10 +290,12 @@ def soft_law(
     The spring of a point gives way by its sink and GIVES at most, MOST_SINK at all, and is rigid
     there: iota J/(m sigma) is no more than beta times that. Where the bias is that of the pace
     beyond what bears the load, -(iota J/(m sigma) + pace), its part with J cancels iota J: then
-    iota is 0.
+    iota is 0. What is jammed between two that both push it out cannot obey: its pace falls from
+    JAMS times the impulse that gives the highest one, to none at twice that.
 
         mass    : [kg] effective mass along the normal
         impulse : [N s] J
+        sudden  : [N s] of it, what no load explains
         cap     : [m/s] speed at which a deep overlap goes, at most
     """
     is_open = separation > OPEN
@@ -304,6 +310,10 @@ def soft_law(
     limit = limit if limit < cap else cap
     pace = constraints[lane + constraint.PACE] + (RATE * beneath if beneath > 0.0 else 0.0)
     pace = limit if pace > limit else pace
+    free = JAMS * limit * mass
+    left = 2.0 - sudden / (free if free > 0.0 else 1.0)
+    left = left if left > 0.0 else 0.0
+    pace *= left if left < 1.0 else 1.0
     most = constraints[lane + constraint.SINK] + GIVES * deep
     most = most if most < MOST_SINK * deep else MOST_SINK * deep
     stop = constraints[lane + constraint.BIAS_RATE] * most
@@ -341,8 +351,9 @@ def _solve_normals(
             beyond -= 2.0 * rolls * points[lane + contact_point.WARM_NORMAL]
         mass = points[lane + contact_point.NORMAL_MASS]
         stiff, bias, iota = soft_law(
-            constraints, lane, mass, separation, beyond, inverse_h, slop, cap
-        )
+            constraints, lane, mass, separation, beyond,
+            old - 2.0 * points[lane + contact_point.WARM_NORMAL], inverse_h, slop, cap,
+        )  # fmt: skip
         if BENDS:
             bias += bends.bend_of_point(lane, lane, LAYERED, points, scratch)
         # half of the warm start is still to come, of what presses

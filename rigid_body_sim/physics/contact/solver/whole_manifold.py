@@ -163,12 +163,13 @@ def _law(
         )
         may = (pressure > 0.0) & (constraints[lane + constraint.BOUNCES] > 0.0)
     elif SOFT:
+        sudden = impulse - 2.0 * points[row + contact_point.WARM_NORMAL]
         if RIMS:
             rolls = scratch[lane + lane_scratch.RIM_ROLLS]
             separation += rolls * constraints[lane + constraint.SINK]
             impulse -= 2.0 * rolls * points[row + contact_point.WARM_NORMAL]
         mass, bias, iota = soft_law(
-            constraints, lane, mass, separation, impulse, inverse_h, slop, cap
+            constraints, lane, mass, separation, impulse, sudden, inverse_h, slop, cap
         )
         if BENDS:
             bias += bends.bend_of_point(row, lane, LAYERED, points, scratch)

@@ -1,0 +1,368 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The impact of two balls at its place and its instant, where neither can meet anybody else in the
+tick.
+
+The normal of two balls is their line of centres, and turns as they pass each other: one struck off
+its middle by a thirtieth of a radius in a tick leaves by a thirtieth of a radian off its way. So
+the line of centres of the instant is foreseen,
+
+    |d + w t + a t^2/2| = R_A + R_B,   n = (d + w t + a t^2/2)/(R_A + R_B)
+
+and kept for the tick, with the separation along it; the bounce comes after the last substep, by
+that normal. Two balls that move, and wait for it the rest of the tick, are then taken to where
+they would be had each impulse come at that instant: by its lateness times what it has changed of
+the velocity. So directions, and the angular momentum of the two, are those of the impact there.
+
+d, w, a  : centre, velocity, acceleration of B less those of A; what rests on something has none
+R_A, R_B : [m] radii
+
+Alone are two balls of which neither has another within h (|w'| + 2 |w| + 2 |w''|), w' the relative
+velocity of the two, w'' the largest of that other with anybody: no impact changes a velocity by
+more than twice the relative one. What cannot move may be that near if its normal is across n, as a
+table is.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from rigid_body_sim.physics.arrays import Array, Indices
+from rigid_body_sim.physics.compile.kernels import inline, kernel
+from rigid_body_sim.physics.contact import solver_bodies
+from rigid_body_sim.physics.contact.array_groups import Constraints, Motion
+from rigid_body_sim.physics.contact.solver import (
+    batch_record,
+    constraint,
+    contact_point,
+    prepare,
+    wide_lanes,
+)
+from rigid_body_sim.physics.contact.solver.constraint import LANES
+from rigid_body_sim.physics.contact.solver.separation import turned_frame
+from rigid_body_sim.physics.state import blocks
+from rigid_body_sim.physics.vectors import (
+    add,
+    add_scaled,
+    cross,
+    dot,
+    load,
+    scale,
+    store,
+    subtract,
+)
+
+NEWTON = 4  # steps to the instant, from that without acceleration
+NONE = 0.0  # in place of a rest of the tick
+ACROSS = 1e-4  # [-] cosine of two normals
+LEAST = 1e-12  # [s] rest of the tick: what meets at its end is kept too
+
+
+@inline
+def _moves(body: int, bodies: Array) -> bool:
+    """Tell whether impulses move a body: what hangs on a pivot through its centre counts not."""
+    return bodies[body + solver_bodies.INVERSE_MASS] > solver_bodies.HELD
+
+
+@inline
+def _velocity(body: int, arm: Any, bodies: Array) -> Any:
+    """Velocity of a point of a body at an arm."""
+    momentum = load(bodies, body + solver_bodies.MOMENTUM)
+    spin = solver_bodies.spin(body, bodies)
+    return add_scaled(cross(spin, arm), bodies[body + solver_bodies.INVERSE_MASS], momentum)
+
+
+@inline
+def _bodies(lane: int, rows: Array) -> Any:
+    """Where the bodies of a lane begin."""
+    return int(rows[lane + constraint.BODY_A]), int(rows[lane + constraint.BODY_B])
+
+
+@inline
+def _nearest(lane: int, points: int, width: int, rows: Array) -> float:
+    """Return the least separation of the points of a lane [m]."""
+    least = math.inf
+    first = lane + constraint.SIZE
+    for point in range(first, first + points * width, width):
+        least = min(least, rows[point + contact_point.INITIAL_SEPARATION])
+    return least
+
+
+@inline
+def _speed(lane: int, points: int, width: int, rows: Array, bodies: Array) -> float:
+    """Return the largest relative velocity of the points of a lane [m/s]."""
+    body_a, body_b = _bodies(lane, rows)
+    largest = 0.0
+    first = lane + constraint.SIZE
+    for point in range(first, first + points * width, width):
+        arm_a, arm_b = wide_lanes.arms(rows, point)
+        velocity = subtract(_velocity(body_b, arm_b, bodies), _velocity(body_a, arm_a, bodies))
+        largest = max(largest, dot(velocity, velocity))
+    return math.sqrt(largest)
+
+
+@inline
+def _bears(lane: int, points: int, width: int, rows: Array) -> bool:
+    """Tell whether a lane starts with a load."""
+    first = lane + constraint.SIZE
+    for point in range(first, first + points * width, width):
+        if rows[point + contact_point.NORMAL_IMPULSE] > 0.0:
+            return True
+    return False
+
+
+@inline
+def _is_candidate(lane: int, rows: Array) -> bool:
+    """Tell whether a lane of one point is one of two balls that will bounce."""
+    return bool(
+        rows[lane + constraint.ROUNDNESS] == constraint.TWO_BALLS
+        and rows[lane + constraint.RESTITUTION] > 0.0
+        and rows[lane + constraint.SIZE + contact_point.APPROACH_VELOCITY] < 0.0
+        and not rows[lane + constraint.SIZE + contact_point.NORMAL_IMPULSE] > 0.0
+    )
+
+
+@inline
+def _note_speeds(
+    lane: int, points: int, width: int, rows: Array, bodies: Array
+) -> None:  # fmt: skip
+    """Note for the bodies of a lane how fast they meet somebody, and what they rest on."""
+    speed, bears = _speed(lane, points, width, rows, bodies), _bears(lane, points, width, rows)
+    for body in _bodies(lane, rows):
+        if _moves(body, bodies):
+            fastest = body + solver_bodies.FASTEST
+            bodies[fastest] = max(bodies[fastest], speed)
+            if bears:
+                bodies[body + solver_bodies.RESTS] = 1.0
+
+
+@inline
+def _count_others(
+    lane: int, points: int, width: int, h: float, rows: Array, bodies: Array
+) -> None:  # fmt: skip
+    """Count for bodies that meet somebody whom else they may meet by a lane."""
+    body_a, body_b = _bodies(lane, rows)
+    for body, other in ((body_a, body_b), (body_b, body_a)):
+        if not bodies[body + solver_bodies.MEETINGS] > 0.0 or not _moves(body, bodies):
+            continue
+        reach = _speed(lane, points, width, rows, bodies)
+        reach += 2.0 * bodies[body + solver_bodies.PAIR_SPEED]
+        if _moves(other, bodies):
+            reach += 2.0 * bodies[other + solver_bodies.FASTEST]
+        else:
+            normal = wide_lanes.vector(rows, lane + constraint.NORMAL)
+            along = load(bodies, body + solver_bodies.MEETS_ALONG)
+            reach = -math.inf if abs(dot(normal, along)) < ACROSS else reach
+        if _nearest(lane, points, width, rows) <= h * reach:
+            bodies[body + solver_bodies.MEETINGS] += 1.0
+
+
+@inline
+def _acceleration(body: int, bodies: Array) -> Any:
+    """Acceleration of a body until the impact; of what rests on something none."""
+    if bodies[body + solver_bodies.RESTS] > 0.0 or not _moves(body, bodies):
+        return 0.0, 0.0, 0.0
+    return load(bodies, body + solver_bodies.FREE_ACCELERATION)
+
+
+@inline
+def _instant(line: Any, velocity: Any, acceleration: Any, reach: float) -> float:
+    """Time until two balls touch [s], NaN: they miss each other; line: d, reach: R_A + R_B."""
+    ahead, speed = dot(line, velocity), dot(velocity, velocity)
+    room = ahead * ahead - speed * (dot(line, line) - reach * reach)
+    if not (ahead < 0.0 and room >= 0.0):
+        return math.nan
+    time = (dot(line, line) - reach * reach) / (math.sqrt(room) - ahead)
+    for _ in range(NEWTON):
+        rate = add_scaled(velocity, time, acceleration)
+        way = add_scaled(line, time, add_scaled(velocity, 0.5 * time, acceleration))
+        slope = 2.0 * dot(way, rate)
+        if not slope < 0.0:
+            return math.nan
+        time -= (dot(way, way) - reach * reach) / slope
+    return time
+
+
+@inline
+def _foresee(lane: int, h: float, rows: Array, bodies: Array) -> Any:
+    """Return instant of the impact of a lane of two balls, line of centres and velocity there."""
+    body_a, body_b = _bodies(lane, rows)
+    arm_a, arm_b = wide_lanes.arms(rows, lane + constraint.SIZE)
+    reach = rows[lane + constraint.RADIUS_A] + rows[lane + constraint.RADIUS_B]
+    line, none = subtract(arm_a, arm_b), (0.0, 0.0, 0.0)
+    velocity = subtract(_velocity(body_b, none, bodies), _velocity(body_a, none, bodies))
+    acceleration = subtract(_acceleration(body_b, bodies), _acceleration(body_a, bodies))
+    time = _instant(line, velocity, acceleration, reach)
+    way = add_scaled(line, time, add_scaled(velocity, 0.5 * time, acceleration))
+    length = math.sqrt(dot(way, way))
+    met = add_scaled(velocity, time, acceleration)
+    return time, scale(1.0 / (length if length > 0.0 else 1.0), way), met
+
+
+@inline
+def _note_meeting(lane: int, h: float, rows: Array, bodies: Array) -> None:
+    """Note for the bodies of a candidate along which line they meet, and how fast."""
+    time, normal, met = _foresee(lane, h, rows, bodies)
+    if not 0.0 <= time <= h:
+        rows[lane + constraint.WAITS] = NONE
+        return
+    rows[lane + constraint.WAITS] = max(h - time, LEAST)
+    for body in _bodies(lane, rows):
+        if _moves(body, bodies):
+            bodies[body + solver_bodies.PAIR_SPEED] = math.sqrt(dot(met, met))
+            store(bodies, body + solver_bodies.MEETS_ALONG, normal)
+            bodies[body + solver_bodies.MEETINGS] += 1.0
+
+
+@inline
+def _keep(lane: int, h: float, rows: Array, bodies: Array) -> None:
+    """Give a lane of two balls that meet alone the normal of their impact."""
+    point = lane + constraint.SIZE
+    if not rows[lane + constraint.WAITS] > 0.0:
+        return
+    for body in _bodies(lane, rows):
+        # itself is counted too
+        if _moves(body, bodies) and bodies[body + solver_bodies.MEETINGS] != 2.0:
+            rows[lane + constraint.WAITS] = NONE
+            return
+    _, normal, met = _foresee(lane, h, rows, bodies)
+    frame = turned_frame(wide_lanes.contact_frame(rows, lane), normal)
+    wide_lanes.put_vector(rows, lane + constraint.NORMAL, frame[0])
+    wide_lanes.put_vector(rows, lane + constraint.TANGENT_1, frame[1])
+    wide_lanes.put_vector(rows, lane + constraint.TANGENT_2, frame[2])
+    arm_a, arm_b = wide_lanes.arms(rows, point)
+    radius_a, radius_b = rows[lane + constraint.RADIUS_A], rows[lane + constraint.RADIUS_B]
+    apart = dot(normal, subtract(arm_a, arm_b)) - (radius_a + radius_b)
+    rows[point + contact_point.SEPARATION] = apart
+    wide_lanes.put_vector(rows, point + contact_point.ARM_A, scale(radius_a, normal))
+    wide_lanes.put_vector(rows, point + contact_point.ARM_B, scale(-radius_b, normal))
+    rows[point + contact_point.APPROACH_VELOCITY] = min(dot(normal, met), 0.0)
+
+
+@inline
+def _any_candidate(batches: Indices, rows: Array) -> bool:
+    """Tell whether there are two balls that will bounce."""
+    for batch in range(0, len(batches), batch_record.SIZE):
+        if batches[batch + batch_record.KIND] == batch_record.BALLS:
+            begin = batches[batch + batch_record.BEGIN]
+            for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
+                if _is_candidate(lane, rows):
+                    return True
+    return False
+
+
+@kernel
+def foresee(
+    lanes: int, width: int, h: float, members: Indices, constraints: Constraints, bodies: Array
+) -> None:  # fmt: skip
+    """
+    Find the impacts of two balls of a group, and give them their normals for the tick.
+
+    lanes   : to go over, of each batch: see `iterations`
+    width   : numbers of a point
+    h       : [s] tick
+    members : bodies of the group
+    """
+    batches, rows = constraints.batches, constraints.rows
+    if not _any_candidate(batches, rows):
+        return
+    for index in range(len(members)):
+        row = members[index] * solver_bodies.SIZE
+        for entry in (
+            solver_bodies.MEETINGS, solver_bodies.PAIR_SPEED, solver_bodies.FASTEST,
+            solver_bodies.RESTS,
+        ):  # fmt: skip
+            bodies[row + entry] = 0.0
+    for stage in range(4):
+        for batch in range(0, len(batches), batch_record.SIZE):
+            begin = batches[batch + batch_record.BEGIN]
+            points = batches[batch + batch_record.POINT_COUNT]
+            of_balls = batches[batch + batch_record.KIND] == batch_record.BALLS
+            for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
+                if stage == 0:
+                    _note_speeds(lane, points, width, rows, bodies)
+                elif stage == 2:
+                    _count_others(lane, points, width, h, rows, bodies)
+                elif of_balls and stage == 1 and _is_candidate(lane, rows):
+                    _note_meeting(lane, h, rows, bodies)
+                elif of_balls and stage == 3:
+                    _keep(lane, h, rows, bodies)
+            if of_balls and stage == 3:
+                first = begin + constraint.SIZE
+                prepare.effective_masses(lanes, rows[begin:first], rows[first : first + width])
+    for index in range(len(members)):
+        row = members[index] * solver_bodies.SIZE
+        store(bodies, row + solver_bodies.DISPLACEMENT, (0.0, 0.0, 0.0))
+        store(bodies, row + solver_bodies.TURN, (0.0, 0.0, 0.0))
+        bodies[row + solver_bodies.TURN_SCALAR] = 1.0
+
+
+@inline
+def _late(lane: int, substep: float, substeps: int, rows: Array) -> Any:
+    """Impulses on B of a lane, each times by how much it came too late [N s^2]."""
+    normal, tangent_1, tangent_2 = wide_lanes.contact_frame(rows, lane)
+    point = lane + constraint.SIZE
+    waits = rows[lane + constraint.WAITS]
+    # friction of the impact comes at the end of its substep
+    late = waits - int(waits / substep) * substep
+    rubs_1 = rows[point + contact_point.TANGENT_IMPULSE_1]
+    rubs_2 = rows[point + contact_point.TANGENT_IMPULSE_2]
+    rubs_1 += rows[point + contact_point.TOTAL_IMPULSE + LANES]
+    rubs_2 += rows[point + contact_point.TOTAL_IMPULSE + 2 * LANES]
+    return wide_lanes.impulse_of(
+        waits * rows[point + contact_point.RESTITUTION_NORMAL],
+        waits * rows[point + contact_point.RESTITUTION_TANGENT_1] + late * rubs_1,
+        waits * rows[point + contact_point.RESTITUTION_TANGENT_2] + late * rubs_2,
+        normal, tangent_1, tangent_2,
+    )  # fmt: skip
+
+
+@inline
+def _catch_up(body: int, sign: float, late: Any, motion: Motion, bodies: Array) -> None:
+    """Take a body to where it would be, had impulses come when they should; late: see `_late`."""
+    way = scale(sign * bodies[body + solver_bodies.INVERSE_MASS], late)
+    moved = body + solver_bodies.DISPLACEMENT
+    store(bodies, moved, add(load(bodies, moved), way))
+    place = blocks.at(body // solver_bodies.SIZE, blocks.TRANSLATION)
+    for axis in range(3):
+        lane = place + blocks.LANES * axis
+        motion.translation[lane + blocks.RX], motion.translation[lane + blocks.EX] = (
+            blocks.add_compensated(
+                motion.translation[lane + blocks.RX], motion.translation[lane + blocks.EX],
+                way[axis],
+            )
+        )  # fmt: skip
+
+
+@kernel
+def catch_up(
+    batch_count: int, substep: float, substeps: int, motion: Motion, batches: Indices, rows: Array,
+    bodies: Array,
+) -> bool:  # fmt: skip
+    """
+    Take balls that have bounced off each other to where they would be, had they not waited for
+    it; tell whether there are any.
+
+    substep  : [s]
+    substeps : how many a tick has
+    """
+    found = False
+    for batch in range(0, batch_count * batch_record.SIZE, batch_record.SIZE):
+        if batches[batch + batch_record.KIND] != batch_record.BALLS:
+            continue
+        begin = batches[batch + batch_record.BEGIN]
+        for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
+            if not (
+                rows[lane + constraint.WAITS] > 0.0
+                and rows[lane + constraint.SIZE + contact_point.RESTITUTION_NORMAL] > 0.0
+            ):
+                continue
+            body_a, body_b = _bodies(lane, rows)
+            if _moves(body_a, bodies) and _moves(body_b, bodies):
+                late = _late(lane, substep, substeps, rows)
+                _catch_up(body_a, -1.0, late, motion, bodies)
+                _catch_up(body_b, 1.0, late, motion, bodies)
+                found = True
+    return found
