@@ -120,6 +120,7 @@ WIDTH = slot('[-] numbers of a contact point')
 ANGULAR = slot('[-] whether anything rolls or twists with friction')
 BOUNCES = slot('[-] whether anything bounces')
 CURVED = slot('[-] whether layers about cores may meet: `solver.curved_cores`')
+BALLS_MEET = slot('[-] whether two balls may meet: `solver.ball_impacts`')
 COUPLED = slot('[-] whether a force depends on the state')
 APART = slot('[-] whether islands may pass their substeps one after the other')
 EVENTS = slot('[-] whether impacts come at their instants')
@@ -173,6 +174,7 @@ end_substep = slot('kernel (index, now, group, ...): motion of a substep, and wh
 pass_substeps = slot('kernel (now, group, constraints, world): all substeps of a tick')
 pass_group = slot('kernel (number, now, world): a group, from its constraints to the last substep')
 pass_groups = slot('kernel (tick, h, world): parts of a tick that are groups, or bodies')
+catch_up_balls = slot('kernel (now, ...): balls that met; tells whether there are any')
 take_back_gains = slot('kernel (h, touching, ...): of contact; tells whether it changed any')
 bound_bounces = slot('kernel (touching, ...): restitution')
 store_some_impulses = slot('kernel (substep, world): parts of the impulse cache')
@@ -326,11 +328,12 @@ def _advance(ticks, tick, h, world):
         )  # fmt: skip
         evaluated = COUPLED and not VELOCITY_DEPENDENT
         if BOUNCES and counts[tick_counts.BATCHES] > 0:
-            moved = bound_bounces(
+            bound_bounces(
                 now, touching, motion, colliders, constraints, energy, bodies, flows, driven,
                 counts,
             )  # fmt: skip
-            evaluated = evaluated and not moved
+        if BALLS_MEET and catch_up_balls(now, motion, constraints, bodies, flows, counts):
+            evaluated = False  # they are elsewhere
         if take_back_gains(
             h, touching, motion, constraints, energy, bodies, flows, driven, settings, counts
         ):
@@ -949,8 +952,11 @@ def _pass_group(number, now, world):
         now, members, motion, world.colliders, own, world.energy, bodies, world.settings,
         counts,
     )  # fmt: skip
-    if BOUNCES:
-        ball_impacts.foresee(counts[tick_counts.LANES], WIDTH, now.h, members, own, bodies)
+    if BALLS_MEET:
+        ball_impacts.foresee(
+            counts[tick_counts.LANES], WIDTH, now.h, now.substep,
+            world.settings[tick_settings.RESTITUTION_THRESHOLD], members, own, bodies,
+        )  # fmt: skip
     groups[row + group_record.SHARED] = int(own.scratch[lane_scratch.SHARED])
     groups[row + group_record.SURFACES] = int(own.scratch[lane_scratch.SURFACES])
     begin_energy_balance(now.h, members, motion, bodies)
@@ -1069,13 +1075,13 @@ def scatter_momenta(group: Group, bodies: Array) -> None:
 def _bound_bounces(
     now, touching, motion, colliders, constraints, energy, bodies, flows, driven, counts
 ):  # fmt: skip
-    """Apply restitution, and bound what it returns; tell whether it has moved bodies."""
+    """Apply restitution, and bound what it returns."""
     batch_count = counts[tick_counts.BATCHES]
     if not mark_bouncing(
         batch_count, motion.body_count, WIDTH, touching, constraints.batches, constraints.rows,
         energy.roots, constraints.colours,
     ):  # fmt: skip
-        return False
+        return
     if FLOWS:
         variable_mass.scale_to_present_mass(flows, bodies)
     waiting.heed_friction(
@@ -1100,14 +1106,22 @@ def _bound_bounces(
             prescribed_bodies.BOUNCE, motion, driven, colliders, constraints, bodies, counts
         )
         prescribed_bodies.add_works(touching, driven, bodies)
-    moved = ball_impacts.catch_up(
-        batch_count, now.substep, now.substeps, motion, constraints.batches, constraints.rows,
-        bodies,
-    )  # fmt: skip
     if FLOWS:
         variable_mass.scale_to_start_mass(flows, bodies)
     scatter_momenta(Group(touching, False, motion), bodies)
-    return moved
+
+
+def _catch_up_balls(now, motion, constraints, bodies, flows, counts):
+    """Take balls that met to where they would be at once; tell whether there are any."""
+    if FLOWS:
+        variable_mass.scale_to_present_mass(flows, bodies)
+    found = ball_impacts.catch_up(
+        counts[tick_counts.BATCHES], now.substep, BOUNCES, motion, constraints.batches,
+        constraints.rows, bodies,
+    )  # fmt: skip
+    if FLOWS:
+        variable_mass.scale_to_start_mass(flows, bodies)
+    return found
 
 
 def _take_back_gains(
@@ -1228,8 +1242,8 @@ _STAGES = (
     _find_works_of_drives, _colour_constraints, _arrange_constraints, _prepare_group,
     _find_first_loads, _begin_energy_balance, _solve_contacts, _move_all, _move_group, _move_free,
     _correct_forces, _gather_moved_bodies, _follow_and_relax, _end_substep, _pass_substeps,
-    _pass_group, _pass_groups, _bound_bounces, _take_back_gains, _store_some_impulses,
-    _store_impulses, _give_a_hand, _put_to_sleep, _meet_at_instant,
+    _pass_group, _pass_groups, _bound_bounces, _catch_up_balls, _take_back_gains,
+    _store_some_impulses, _store_impulses, _give_a_hand, _put_to_sleep, _meet_at_instant,
 )  # fmt: skip
 # named twice, or more often
 _OF_THE_CREW = (

@@ -37,7 +37,7 @@ from rigid_body_sim.physics.contact.collision import (
     material_record,
 )
 from rigid_body_sim.physics.contact.collision.axis_of_symmetry import symmetry_features
-from rigid_body_sim.physics.contact.collision.collider import Colliders
+from rigid_body_sim.physics.contact.collision.collider import SPHERE, Colliders
 from rigid_body_sim.physics.contact.collision.collider_order import order
 from rigid_body_sim.physics.contact.collision.convexity_defect import convexity_warnings
 from rigid_body_sim.physics.contact.collision.deep_overlaps import overlap_warning, take_overlaps
@@ -414,6 +414,7 @@ class ContactWorld:
             ANGULAR=self._angular,
             BOUNCES=self._bounces,
             CURVED=features['curved'],
+            BALLS_MEET=(SPHERE, SPHERE) in self._kinds,
             COUPLED=evaluate is not None,
             APART=self._apart(evaluate),
             EVENTS=self._events,

@@ -11,9 +11,11 @@ the line of centres of the instant is foreseen,
     |d + w t + a t^2/2| = R_A + R_B,   n = (d + w t + a t^2/2)/(R_A + R_B)
 
 and kept for the tick, with the separation along it; the bounce comes after the last substep, by
-that normal. Two balls that move, and wait for it the rest of the tick, are then taken to where
-they would be had each impulse come at that instant: by its lateness times what it has changed of
-the velocity. So directions, and the angular momentum of the two, are those of the impact there.
+that normal. Without one they keep their distance meanwhile. Two balls that move are then taken to
+where they would be had each impulse come at that instant: by its lateness times what it has
+changed of the velocity. So directions, and the angular momentum of the two, are those of the
+impact there. And two balls that pass each other by are not touched: for the tick they have the
+normal of where they are nearest.
 
 d, w, a  : centre, velocity, acceleration of B less those of A; what rests on something has none
 R_A, R_B : [m] radii
@@ -114,14 +116,29 @@ def _bears(lane: int, points: int, width: int, rows: Array) -> bool:
 
 
 @inline
-def _is_candidate(lane: int, rows: Array) -> bool:
-    """Tell whether a lane of one point is one of two balls that will bounce."""
-    return bool(
-        rows[lane + constraint.ROUNDNESS] == constraint.TWO_BALLS
-        and rows[lane + constraint.RESTITUTION] > 0.0
-        and rows[lane + constraint.SIZE + contact_point.APPROACH_VELOCITY] < 0.0
-        and not rows[lane + constraint.SIZE + contact_point.NORMAL_IMPULSE] > 0.0
+def _is_candidate(lane: int, ahead: float, rows: Array, bodies: Array) -> bool:
+    """
+    Tell whether a lane of one point is one of two balls that carry nothing yet, and come near
+    enough to meet within the tick, or a substep behind it: where balls are not kept, they are
+    slowed down that much before.
+    """
+    point = lane + constraint.SIZE
+    if (
+        rows[lane + constraint.ROUNDNESS] != constraint.TWO_BALLS
+        or rows[point + contact_point.NORMAL_IMPULSE] > 0.0
+    ):
+        return False
+    body_a, body_b = _bodies(lane, rows)
+    none = (0.0, 0.0, 0.0)
+    velocity = subtract(_velocity(body_b, none, bodies), _velocity(body_a, none, bodies))
+    pulls = subtract(
+        load(bodies, body_b + solver_bodies.FREE_ACCELERATION),
+        load(bodies, body_a + solver_bodies.FREE_ACCELERATION),
     )
+    comes = add_scaled(velocity, 0.5 * ahead, pulls)
+    normal = wide_lanes.vector(rows, lane + constraint.NORMAL)
+    apart = rows[point + contact_point.INITIAL_SEPARATION]
+    return bool(apart >= 0.0 and apart + ahead * dot(normal, comes) <= 0.0)
 
 
 @inline
@@ -187,7 +204,10 @@ def _instant(line: Any, velocity: Any, acceleration: Any, reach: float) -> float
 
 @inline
 def _foresee(lane: int, h: float, rows: Array, bodies: Array) -> Any:
-    """Return instant of the impact of a lane of two balls, line of centres and velocity there."""
+    """
+    Return of a lane of two balls whether they touch within the tick, when that is, or when they
+    are nearest; line of centres and velocity there.
+    """
     body_a, body_b = _bodies(lane, rows)
     arm_a, arm_b = wide_lanes.arms(rows, lane + constraint.SIZE)
     reach = rows[lane + constraint.RADIUS_A] + rows[lane + constraint.RADIUS_B]
@@ -195,20 +215,27 @@ def _foresee(lane: int, h: float, rows: Array, bodies: Array) -> Any:
     velocity = subtract(_velocity(body_b, none, bodies), _velocity(body_a, none, bodies))
     acceleration = subtract(_acceleration(body_b, bodies), _acceleration(body_a, bodies))
     time = _instant(line, velocity, acceleration, reach)
+    touches = 0.0 <= time <= h
+    if not touches:
+        speed = dot(velocity, velocity)
+        nearest = -dot(line, velocity) / speed if speed > 0.0 else 0.0
+        time = min(max(nearest, 0.0), h)
     way = add_scaled(line, time, add_scaled(velocity, 0.5 * time, acceleration))
     length = math.sqrt(dot(way, way))
     met = add_scaled(velocity, time, acceleration)
-    return time, scale(1.0 / (length if length > 0.0 else 1.0), way), met
+    return touches, time, scale(1.0 / (length if length > 0.0 else 1.0), way), met
 
 
 @inline
-def _note_meeting(lane: int, h: float, rows: Array, bodies: Array) -> None:
+def _note_meeting(
+    lane: int, h: float, threshold: float, rows: Array, bodies: Array
+) -> None:  # fmt: skip
     """Note for the bodies of a candidate along which line they meet, and how fast."""
-    time, normal, met = _foresee(lane, h, rows, bodies)
-    if not 0.0 <= time <= h:
+    touches, time, normal, met = _foresee(lane, h, rows, bodies)
+    if touches and not dot(normal, met) < -threshold:
         rows[lane + constraint.WAITS] = NONE
         return
-    rows[lane + constraint.WAITS] = max(h - time, LEAST)
+    rows[lane + constraint.WAITS] = max(h - time, LEAST) if touches else LEAST
     for body in _bodies(lane, rows):
         if _moves(body, bodies):
             bodies[body + solver_bodies.PAIR_SPEED] = math.sqrt(dot(met, met))
@@ -227,7 +254,7 @@ def _keep(lane: int, h: float, rows: Array, bodies: Array) -> None:
         if _moves(body, bodies) and bodies[body + solver_bodies.MEETINGS] != 2.0:
             rows[lane + constraint.WAITS] = NONE
             return
-    _, normal, met = _foresee(lane, h, rows, bodies)
+    touches, _, normal, met = _foresee(lane, h, rows, bodies)
     frame = turned_frame(wide_lanes.contact_frame(rows, lane), normal)
     wide_lanes.put_vector(rows, lane + constraint.NORMAL, frame[0])
     wide_lanes.put_vector(rows, lane + constraint.TANGENT_1, frame[1])
@@ -238,35 +265,39 @@ def _keep(lane: int, h: float, rows: Array, bodies: Array) -> None:
     rows[point + contact_point.SEPARATION] = apart
     wide_lanes.put_vector(rows, point + contact_point.ARM_A, scale(radius_a, normal))
     wide_lanes.put_vector(rows, point + contact_point.ARM_B, scale(-radius_b, normal))
-    rows[point + contact_point.APPROACH_VELOCITY] = min(dot(normal, met), 0.0)
+    if touches and rows[lane + constraint.RESTITUTION] > 0.0:
+        rows[point + contact_point.APPROACH_VELOCITY] = dot(normal, met)
 
 
 @inline
-def _any_candidate(batches: Indices, rows: Array) -> bool:
-    """Tell whether there are two balls that will bounce."""
+def _any_candidate(ahead: float, batches: Indices, rows: Array, bodies: Array) -> bool:
+    """Tell whether there are two balls that come near enough to meet."""
     for batch in range(0, len(batches), batch_record.SIZE):
         if batches[batch + batch_record.KIND] == batch_record.BALLS:
             begin = batches[batch + batch_record.BEGIN]
             for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
-                if _is_candidate(lane, rows):
+                if _is_candidate(lane, ahead, rows, bodies):
                     return True
     return False
 
 
 @kernel
 def foresee(
-    lanes: int, width: int, h: float, members: Indices, constraints: Constraints, bodies: Array
+    lanes: int, width: int, h: float, substep: float, threshold: float, members: Indices,
+    constraints: Constraints, bodies: Array,
 ) -> None:  # fmt: skip
     """
     Find the impacts of two balls of a group, and give them their normals for the tick.
 
     lanes   : to go over, of each batch: see `iterations`
     width   : numbers of a point
-    h       : [s] tick
+    h, substep : [s] tick, and a part of it
+    threshold : [m/s] who meets slower comes to rest on the other
     members : bodies of the group
     """
     batches, rows = constraints.batches, constraints.rows
-    if not _any_candidate(batches, rows):
+    ahead = h + substep
+    if not _any_candidate(ahead, batches, rows, bodies):
         return
     for index in range(len(members)):
         row = members[index] * solver_bodies.SIZE
@@ -285,8 +316,8 @@ def foresee(
                     _note_speeds(lane, points, width, rows, bodies)
                 elif stage == 2:
                     _count_others(lane, points, width, h, rows, bodies)
-                elif of_balls and stage == 1 and _is_candidate(lane, rows):
-                    _note_meeting(lane, h, rows, bodies)
+                elif of_balls and stage == 1 and _is_candidate(lane, ahead, rows, bodies):
+                    _note_meeting(lane, h, threshold, rows, bodies)
                 elif of_balls and stage == 3:
                     _keep(lane, h, rows, bodies)
             if of_balls and stage == 3:
@@ -300,7 +331,7 @@ def foresee(
 
 
 @inline
-def _late(lane: int, substep: float, substeps: int, rows: Array) -> Any:
+def _late(lane: int, substep: float, bounces: bool, rows: Array) -> Any:
     """Impulses on B of a lane, each times by how much it came too late [N s^2]."""
     normal, tangent_1, tangent_2 = wide_lanes.contact_frame(rows, lane)
     point = lane + constraint.SIZE
@@ -311,12 +342,12 @@ def _late(lane: int, substep: float, substeps: int, rows: Array) -> Any:
     rubs_2 = rows[point + contact_point.TANGENT_IMPULSE_2]
     rubs_1 += rows[point + contact_point.TOTAL_IMPULSE + LANES]
     rubs_2 += rows[point + contact_point.TOTAL_IMPULSE + 2 * LANES]
-    return wide_lanes.impulse_of(
-        waits * rows[point + contact_point.RESTITUTION_NORMAL],
-        waits * rows[point + contact_point.RESTITUTION_TANGENT_1] + late * rubs_1,
-        waits * rows[point + contact_point.RESTITUTION_TANGENT_2] + late * rubs_2,
-        normal, tangent_1, tangent_2,
-    )  # fmt: skip
+    along, across_1, across_2 = 0.0, late * rubs_1, late * rubs_2
+    if bounces:
+        along = waits * rows[point + contact_point.RESTITUTION_NORMAL]
+        across_1 += waits * rows[point + contact_point.RESTITUTION_TANGENT_1]
+        across_2 += waits * rows[point + contact_point.RESTITUTION_TANGENT_2]
+    return wide_lanes.impulse_of(along, across_1, across_2, normal, tangent_1, tangent_2)
 
 
 @inline
@@ -338,15 +369,15 @@ def _catch_up(body: int, sign: float, late: Any, motion: Motion, bodies: Array) 
 
 @kernel
 def catch_up(
-    batch_count: int, substep: float, substeps: int, motion: Motion, batches: Indices, rows: Array,
+    batch_count: int, substep: float, bounces: bool, motion: Motion, batches: Indices, rows: Array,
     bodies: Array,
 ) -> bool:  # fmt: skip
     """
-    Take balls that have bounced off each other to where they would be, had they not waited for
-    it; tell whether there are any.
+    Take balls that have met to where they would be, had they not waited for their bounce; tell
+    whether there are any.
 
-    substep  : [s]
-    substeps : how many a tick has
+    substep : [s]
+    bounces : whether anything in the scene does
     """
     found = False
     for batch in range(0, batch_count * batch_record.SIZE, batch_record.SIZE):
@@ -354,14 +385,11 @@ def catch_up(
             continue
         begin = batches[batch + batch_record.BEGIN]
         for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
-            if not (
-                rows[lane + constraint.WAITS] > 0.0
-                and rows[lane + constraint.SIZE + contact_point.RESTITUTION_NORMAL] > 0.0
-            ):
+            if not (rows[lane + constraint.WAITS] > 0.0 and rows[lane + constraint.TOUCHED] > 0.0):
                 continue
             body_a, body_b = _bodies(lane, rows)
             if _moves(body_a, bodies) and _moves(body_b, bodies):
-                late = _late(lane, substep, substeps, rows)
+                late = _late(lane, substep, bounces, rows)
                 _catch_up(body_a, -1.0, late, motion, bodies)
                 _catch_up(body_b, 1.0, late, motion, bodies)
                 found = True

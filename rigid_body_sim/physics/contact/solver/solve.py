@@ -441,8 +441,12 @@ def _relax(
         mass = _with_slide(mass, slide_1, slide_2, points, lane)
         new = old - scratch[lane + lane_scratch.ACTIVE] * mass * (dot(normal, velocity) + bias)
         new = new if new > 0.0 else 0.0
-        # what touches in the next substep bounces there: at the end of a tick here is too early
-        waits = is_open & (constraints[lane + constraint.RESTITUTION] > 0.0) & (old <= 0.0)
+        # what touches in the next substep bounces there: at the end of a tick here is too early;
+        # balls whose impact is foreseen are struck there too
+        strikes = (constraints[lane + constraint.RESTITUTION] > 0.0) | (
+            constraints[lane + constraint.WAITS] > 0.0
+        )
+        waits = is_open & strikes & (old <= 0.0)
         new = 0.0 if waits else new
         active = scratch[lane + lane_scratch.ACTIVE] > 0.0
         new = new if active else old
