@@ -188,5 +188,5 @@ def test_what_is_jammed_in_a_clamp_that_is_too_narrow_stays_there_and_says_so(ga
     for _ in range(50):
         sim.step()
         assert np.abs(sim.state.velocity[:2]).max() < 1.0  # [m/s] it is pushed at 0.25 at most
-    assert np.abs(sim.state.position[1] - (0.003, 0, 0.01)).max() < 0.01
+    assert abs(sim.state.position[1, 0]) < 0.5 * gap  # [m] along the jaws nothing holds it
     assert any('more than a tenth' in text for text in sim.overlap_warnings.values())

@@ -153,6 +153,26 @@ def test_a_billiard_shot_obeys_its_law_from_any_side_until_both_balls_roll(draws
         assert np.abs(sim.state.velocity[1:3, :2] - law).max() < 1e-9 * speed
 
 
+@pytest.mark.parametrize('e', [0.5, 1.0])
+@pytest.mark.parametrize('friction', [0.1, 0.3])
+def test_friction_of_two_balls_that_meet_on_a_table_presses_neither_into_it(friction, e):
+    """
+    The one that rolls against the other presses it down, wherever in the tick they meet.
+    """
+    speed, radius, material = 4.0, 0.1, {'friction': 0.3}
+    pairs = ({'bodies': ('cue', 'other'), 'friction': friction, 'restitution': e},)
+    for phase in np.linspace(0.0, 1.0, 5):
+        cue = ball(
+            'cue', radius, (-2 * radius - 0.02 - phase * speed * 0.004, 0, radius),
+            velocity=(speed, 0, 0), turn=(0, speed / radius, 0), material=material,
+        )  # fmt: skip
+        other = ball('other', radius, (0, 0, radius), material=material)
+        sim = Simulation(scene([ground(material=material), cue, other], dt=0.004, pairs=pairs))
+        for _ in range(12):
+            sim.step()
+            assert sim.state.position[1:3, 2].min() > radius - 1e-4  # 1e-3 is what a tick presses
+
+
 @pytest.mark.parametrize('spin', [200.0, 500.0, -300.0])
 def test_friction_of_an_impact_at_high_spin_is_that_of_coulomb(spin):
     e, mu, fall = 0.5, 0.3, 3.0

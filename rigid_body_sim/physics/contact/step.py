@@ -1116,7 +1116,7 @@ def _catch_up_balls(now, motion, constraints, bodies, flows, counts):
     if FLOWS:
         variable_mass.scale_to_present_mass(flows, bodies)
     found = ball_impacts.catch_up(
-        counts[tick_counts.BATCHES], now.substep, BOUNCES, motion, constraints.batches,
+        counts[tick_counts.BATCHES], WIDTH, now.substep, BOUNCES, motion, constraints.batches,
         constraints.rows, bodies,
     )  # fmt: skip
     if FLOWS:

@@ -351,9 +351,42 @@ def _late(lane: int, substep: float, bounces: bool, rows: Array) -> Any:
 
 
 @inline
-def _catch_up(body: int, sign: float, late: Any, motion: Motion, bodies: Array) -> None:
-    """Take a body to where it would be, had impulses come when they should; late: see `_late`."""
+def _kept_out(
+    body: int, way: Any, batch_count: int, width: int, batches: Indices, rows: Array
+) -> Any:  # fmt: skip
+    """Return of a way of a body what does not lead into others that it touches."""
+    for batch in range(0, batch_count * batch_record.SIZE, batch_record.SIZE):
+        begin = batches[batch + batch_record.BEGIN]
+        points = batches[batch + batch_record.POINT_COUNT]
+        for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
+            body_a, body_b = _bodies(lane, rows)
+            if rows[lane + constraint.WAITS] > 0.0 or (body != body_a and body != body_b):
+                continue
+            away = wide_lanes.vector(rows, lane + constraint.NORMAL)
+            out = scale(1.0 if body == body_b else -1.0, away)
+            room = math.inf
+            first = lane + constraint.SIZE
+            for point in range(first, first + points * width, width):
+                room = min(room, rows[point + contact_point.SEPARATION])
+            beyond = -dot(out, way) - max(room, 0.0)
+            if beyond > 0.0:
+                way = add_scaled(way, beyond, out)
+    return way
+
+
+@inline
+def _catch_up(
+    body: int, sign: float, late: Any, rubs: bool, batch_count: int, width: int, motion: Motion,
+    batches: Indices, rows: Array, bodies: Array,
+) -> None:  # fmt: skip
+    """
+    Take a body to where it would be, had impulses come when they should; late: see `_late`.
+
+    Friction may press it onto what it rests on, which holds it up as late: rubs.
+    """
     way = scale(sign * bodies[body + solver_bodies.INVERSE_MASS], late)
+    if rubs:
+        way = _kept_out(body, way, batch_count, width, batches, rows)
     moved = body + solver_bodies.DISPLACEMENT
     store(bodies, moved, add(load(bodies, moved), way))
     place = blocks.at(body // solver_bodies.SIZE, blocks.TRANSLATION)
@@ -369,13 +402,14 @@ def _catch_up(body: int, sign: float, late: Any, motion: Motion, bodies: Array) 
 
 @kernel
 def catch_up(
-    batch_count: int, substep: float, bounces: bool, motion: Motion, batches: Indices, rows: Array,
-    bodies: Array,
+    batch_count: int, width: int, substep: float, bounces: bool, motion: Motion, batches: Indices,
+    rows: Array, bodies: Array,
 ) -> bool:  # fmt: skip
     """
     Take balls that have met to where they would be, had they not waited for their bounce; tell
     whether there are any.
 
+    width   : numbers of a point
     substep : [s]
     bounces : whether anything in the scene does
     """
@@ -390,7 +424,12 @@ def catch_up(
             body_a, body_b = _bodies(lane, rows)
             if _moves(body_a, bodies) and _moves(body_b, bodies):
                 late = _late(lane, substep, bounces, rows)
-                _catch_up(body_a, -1.0, late, motion, bodies)
-                _catch_up(body_b, 1.0, late, motion, bodies)
+                rubs = rows[lane + constraint.FRICTION] > 0.0
+                _catch_up(
+                    body_a, -1.0, late, rubs, batch_count, width, motion, batches, rows, bodies
+                )  # fmt: skip
+                _catch_up(
+                    body_b, 1.0, late, rubs, batch_count, width, motion, batches, rows, bodies
+                )  # fmt: skip
                 found = True
     return found

@@ -77,9 +77,10 @@ OF_ROLLING = 0.01
 # slowly, piles are still lifted when nothing is lost any more in impacts
 RATE = 200.0
 
-# [-] impulse over that of the highest pace, from which a pace falls: with less a blow ends it,
-# without end what is jammed between two is given more than numbers can hold
-JAMS = 3.0
+# [-] impulse over that of the highest pace, from which a pace falls: what lies below something
+# much heavier needs more than its own, and with 3 stacks topple that begin in each other; without
+# end what is jammed between two is given more than numbers can hold
+JAMS = 200.0
 
 LIFTS = 0.5  # [-] x from which a visit takes into account that friction lifts
 
