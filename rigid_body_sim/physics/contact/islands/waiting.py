@@ -14,6 +14,9 @@ w      : [m/s] relative normal velocity that friction of the last substep gives,
          what it turns others hold up, or does not move what is round
 w_tick : [m/s] the same of the tick
 k      : [-] substeps from the one in which the surfaces met to the last
+
+Two balls that meet alone (`solver.ball_impacts`) have nothing else between them than this impact:
+all that their contact gives in the tick is its impulse, -(1 + e) m v_approach.
 """
 
 from __future__ import annotations
@@ -142,6 +145,27 @@ def _correct_approach(
             rows[point + contact_point.APPROACH_VELOCITY] = min(approach + more, 0.0)
 
 
+@inline
+def _meet_alone(lane: int, rows: Array) -> bool:
+    """Tell whether a lane is one of two balls that move and whose impact is foreseen."""
+    return bool(
+        rows[lane + constraint.WAITS] > 0.0
+        and rows[lane + constraint.INVERSE_MASS_A] > 0.0
+        and rows[lane + constraint.INVERSE_MASS_B] > 0.0
+    )
+
+
+@inline
+def _count_what_was_given(lane: int, rows: Array) -> None:
+    """Let two balls that meet alone bounce by what they have not yet given each other."""
+    point = lane + constraint.SIZE
+    restitution = rows[lane + constraint.RESTITUTION]
+    approach = rows[point + contact_point.APPROACH_VELOCITY]
+    given = rows[point + contact_point.TOTAL_IMPULSE] + rows[point + contact_point.NORMAL_IMPULSE]
+    left = (1.0 + restitution) * approach + given / rows[point + contact_point.NORMAL_MASS]
+    rows[point + contact_point.APPROACH_VELOCITY] = min(left / restitution, 0.0)
+
+
 @kernel
 def heed_friction(
     batch_count: int, width: int, substep: float, substeps: int, touching: Indices,
@@ -158,7 +182,6 @@ def heed_friction(
         body = touching[index] * solver_bodies.SIZE
         for sums in (solver_bodies.RUBBED, solver_bodies.RUBBED_IN_TICK):
             store(bodies, body + sums, (0.0, 0.0, 0.0))
-    any_rubs = False
     for batch in range(0, batch_count * batch_record.SIZE, batch_record.SIZE):
         begin = batches[batch + batch_record.BEGIN]
         points = batches[batch + batch_record.POINT_COUNT]
@@ -169,12 +192,13 @@ def heed_friction(
                 and not bounces(lane, points, width, rows)
             ):
                 _add_friction(lane, points, width, substeps, rows, bodies)
-                any_rubs = True
-    if not any_rubs:
-        return
     for batch in range(0, batch_count * batch_record.SIZE, batch_record.SIZE):
         begin = batches[batch + batch_record.BEGIN]
         points = batches[batch + batch_record.POINT_COUNT]
         for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
-            if rows[lane + constraint.BOUNCES] > 0.0 and bounces(lane, points, width, rows):
+            if not (rows[lane + constraint.BOUNCES] > 0.0 and bounces(lane, points, width, rows)):
+                continue
+            if _meet_alone(lane, rows):
+                _count_what_was_given(lane, rows)
+            else:
                 _correct_approach(lane, points, width, substep, substeps, rows, bodies)

@@ -17,7 +17,8 @@ changed of the velocity. So directions, and the angular momentum of the two, are
 impact there. And two balls that pass each other by are not touched: for the tick they have the
 normal of where they are nearest.
 
-d, w, a  : centre, velocity, acceleration of B less those of A; what rests on something has none
+d, w, a  : centre, velocity, acceleration of B less those of A; of what rests on something that of
+           its friction alone
 R_A, R_B : [m] radii
 
 Alone are two balls of which neither has another within h (|w'| + 2 |w| + 2 |w''|), w' the relative
@@ -142,8 +143,24 @@ def _is_candidate(lane: int, ahead: float, rows: Array, bodies: Array) -> bool:
 
 
 @inline
+def _rub(lane: int, body: int, substep: float, rows: Array, bodies: Array) -> None:
+    """Let the friction of what a body rests on, as recalled, be all that pulls at it."""
+    pull = body + solver_bodies.FREE_ACCELERATION
+    if not bodies[body + solver_bodies.RESTS] > 0.0:
+        store(bodies, pull, (0.0, 0.0, 0.0))
+    bodies[body + solver_bodies.RESTS] = 1.0
+    _, tangent_1, tangent_2 = wide_lanes.contact_frame(rows, lane)
+    point = lane + constraint.SIZE
+    sign = 1.0 if body == int(rows[lane + constraint.BODY_B]) else -1.0
+    share = sign * bodies[body + solver_bodies.INVERSE_MASS] / substep
+    along_1 = scale(share * rows[point + contact_point.TANGENT_IMPULSE_1], tangent_1)
+    along_2 = scale(share * rows[point + contact_point.TANGENT_IMPULSE_2], tangent_2)
+    store(bodies, pull, add(load(bodies, pull), add(along_1, along_2)))
+
+
+@inline
 def _note_speeds(
-    lane: int, points: int, width: int, rows: Array, bodies: Array
+    lane: int, points: int, width: int, substep: float, rows: Array, bodies: Array
 ) -> None:  # fmt: skip
     """Note for the bodies of a lane how fast they meet somebody, and what they rest on."""
     speed, bears = _speed(lane, points, width, rows, bodies), _bears(lane, points, width, rows)
@@ -151,8 +168,8 @@ def _note_speeds(
         if _moves(body, bodies):
             fastest = body + solver_bodies.FASTEST
             bodies[fastest] = max(bodies[fastest], speed)
-            if bears:
-                bodies[body + solver_bodies.RESTS] = 1.0
+            if bears and points == 1:
+                _rub(lane, body, substep, rows, bodies)
 
 
 @inline
@@ -178,8 +195,8 @@ def _count_others(
 
 @inline
 def _acceleration(body: int, bodies: Array) -> Any:
-    """Acceleration of a body until the impact; of what rests on something none."""
-    if bodies[body + solver_bodies.RESTS] > 0.0 or not _moves(body, bodies):
+    """Acceleration of a body until the impact; of what rests on something that of friction."""
+    if not _moves(body, bodies):
         return 0.0, 0.0, 0.0
     return load(bodies, body + solver_bodies.FREE_ACCELERATION)
 
@@ -313,7 +330,7 @@ def foresee(
             of_balls = batches[batch + batch_record.KIND] == batch_record.BALLS
             for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
                 if stage == 0:
-                    _note_speeds(lane, points, width, rows, bodies)
+                    _note_speeds(lane, points, width, substep, rows, bodies)
                 elif stage == 2:
                     _count_others(lane, points, width, h, rows, bodies)
                 elif of_balls and stage == 1 and _is_candidate(lane, ahead, rows, bodies):
