@@ -78,6 +78,18 @@ def _velocity(body: int, arm: Any, bodies: Array) -> Any:
 
 
 @inline
+def _velocity_apart(body_a: int, body_b: int, bodies: Array) -> Any:
+    """Velocity of the centre of B less that of A."""
+    velocity_a = scale(
+        bodies[body_a + solver_bodies.INVERSE_MASS], load(bodies, body_a + solver_bodies.MOMENTUM)
+    )
+    velocity_b = scale(
+        bodies[body_b + solver_bodies.INVERSE_MASS], load(bodies, body_b + solver_bodies.MOMENTUM)
+    )
+    return subtract(velocity_b, velocity_a)
+
+
+@inline
 def _bodies(lane: int, rows: Array) -> Any:
     """Where the bodies of a lane begin."""
     return int(rows[lane + constraint.BODY_A]), int(rows[lane + constraint.BODY_B])
@@ -130,8 +142,7 @@ def _is_candidate(lane: int, ahead: float, rows: Array, bodies: Array) -> bool:
     ):
         return False
     body_a, body_b = _bodies(lane, rows)
-    none = (0.0, 0.0, 0.0)
-    velocity = subtract(_velocity(body_b, none, bodies), _velocity(body_a, none, bodies))
+    velocity = _velocity_apart(body_a, body_b, bodies)
     pulls = subtract(
         load(bodies, body_b + solver_bodies.FREE_ACCELERATION),
         load(bodies, body_a + solver_bodies.FREE_ACCELERATION),
@@ -228,8 +239,7 @@ def _foresee(lane: int, h: float, rows: Array, bodies: Array) -> Any:
     body_a, body_b = _bodies(lane, rows)
     arm_a, arm_b = wide_lanes.arms(rows, lane + constraint.SIZE)
     reach = rows[lane + constraint.RADIUS_A] + rows[lane + constraint.RADIUS_B]
-    line, none = subtract(arm_a, arm_b), (0.0, 0.0, 0.0)
-    velocity = subtract(_velocity(body_b, none, bodies), _velocity(body_a, none, bodies))
+    line, velocity = subtract(arm_a, arm_b), _velocity_apart(body_a, body_b, bodies)
     acceleration = subtract(_acceleration(body_b, bodies), _acceleration(body_a, bodies))
     time = _instant(line, velocity, acceleration, reach)
     touches = 0.0 <= time <= h
