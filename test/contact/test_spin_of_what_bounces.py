@@ -153,8 +153,8 @@ def test_a_billiard_shot_obeys_its_law_from_any_side_until_both_balls_roll(draws
         hit = 0.5 * (1 + e) * there * normal[0] * normal
         rolled = (5 + 2 * rolls) / 7 * speed
         law = np.array([(rolled, 0.0) - 5 / 7 * hit, 5 / 7 * hit])
-        # of the first tick friction is not known before
-        assert np.abs(sim.state.velocity[1:3, :2] - law).max() < (1e-9 if rolls else 1e-5) * speed
+        # friction until the shot is that of the tick before: the load trembles when it is put on
+        assert np.abs(sim.state.velocity[1:3, :2] - law).max() < (1e-9 if rolls else 1e-4) * speed
 
 
 @pytest.mark.parametrize('e', [0.5, 1.0])
