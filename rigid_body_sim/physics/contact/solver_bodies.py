@@ -28,7 +28,7 @@ from typing import Any
 
 from rigid_body_sim.physics.arrays import Array, Indices, Record
 from rigid_body_sim.physics.compile.kernels import inline, kernel
-from rigid_body_sim.physics.contact.array_groups import Group
+from rigid_body_sim.physics.contact.array_groups import Group, Motion
 from rigid_body_sim.physics.contact.packed_bodies import member
 from rigid_body_sim.physics.state import blocks
 from rigid_body_sim.physics.state.blocks import LANES, add_compensated, at, rotate
@@ -323,6 +323,22 @@ def integrate_position(first: int, count: int, h: float, group: Group, bodies: A
             momentum = load(bodies, row + ANGULAR_MOMENTUM)
             torque = _vector(motion.rotation, place + blocks.TX)
             _put_vector(motion.rotation, place + blocks.LX, add_scaled(momentum, 0.5 * h, torque))
+
+
+@inline
+def shift(body: int, way: Any, motion: Motion, bodies: Array) -> None:
+    """Move a body that touches by a way, in the blocks of the scene."""
+    moved = body * SIZE + DISPLACEMENT
+    store(bodies, moved, add(load(bodies, moved), way))
+    place = at(body, blocks.TRANSLATION)
+    for axis in range(3):
+        lane = place + LANES * axis
+        motion.translation[lane + blocks.RX], motion.translation[lane + blocks.EX] = (
+            add_compensated(
+                motion.translation[lane + blocks.RX], motion.translation[lane + blocks.EX],
+                way[axis],
+            )
+        )  # fmt: skip
 
 
 @kernel

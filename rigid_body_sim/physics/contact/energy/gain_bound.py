@@ -184,7 +184,7 @@ def _take_back(
     h: float, body: int, gain: int, motion: Motion, gains: Array, taken: Array, bodies: Array
 ) -> float:
     """Take its part from the motion and the rise of a body; return the work of what carries it."""
-    row, place = body * solver_bodies.SIZE, blocks.at(body, blocks.TRANSLATION)
+    row = body * solver_bodies.SIZE
     part = gains[gain + gain_record.PART]
     rise, _ = _rise(h, body, gain, motion, gains, bodies)
     momentum, angular = changeable_momenta(body, gain, motion, gains, bodies)
@@ -201,16 +201,7 @@ def _take_back(
     if is_carried(gain, gains):
         velocity, spin = carrying_motion(body, gain, motion, gains, bodies)
         work = shrinks * (dot(momentum, velocity) + dot(angular, spin))
-    moved = row + solver_bodies.DISPLACEMENT
-    store(bodies, moved, add(load(bodies, moved), back))
-    for axis in range(3):
-        lane = place + blocks.LANES * axis
-        motion.translation[lane + blocks.RX], motion.translation[lane + blocks.EX] = (
-            blocks.add_compensated(
-                motion.translation[lane + blocks.RX], motion.translation[lane + blocks.EX],
-                back[axis],
-            )
-        )  # fmt: skip
+    solver_bodies.shift(body, back, motion, bodies)
     return work
 
 

@@ -45,7 +45,6 @@ from rigid_body_sim.physics.contact.solver import (
 )
 from rigid_body_sim.physics.contact.solver.constraint import LANES
 from rigid_body_sim.physics.contact.solver.separation import turned_frame
-from rigid_body_sim.physics.state import blocks
 from rigid_body_sim.physics.vectors import (
     add,
     add_scaled,
@@ -271,16 +270,16 @@ def _note_meeting(
 
 
 @inline
-def _keep(lane: int, h: float, rows: Array, bodies: Array) -> None:
-    """Give a lane of two balls that meet alone the normal of their impact."""
+def _keep(lane: int, h: float, rows: Array, bodies: Array) -> bool:
+    """Give a lane of two balls that meet alone the normal of their impact; tell whether it is."""
     point = lane + constraint.SIZE
     if not rows[lane + constraint.WAITS] > 0.0:
-        return
+        return False
     for body in _bodies(lane, rows):
         # itself is counted too
         if _moves(body, bodies) and bodies[body + solver_bodies.MEETINGS] != 2.0:
             rows[lane + constraint.WAITS] = NONE
-            return
+            return False
     touches, _, normal, met = _foresee(lane, h, rows, bodies)
     frame = turned_frame(wide_lanes.contact_frame(rows, lane), normal)
     wide_lanes.put_vector(rows, lane + constraint.NORMAL, frame[0])
@@ -294,6 +293,7 @@ def _keep(lane: int, h: float, rows: Array, bodies: Array) -> None:
     wide_lanes.put_vector(rows, point + contact_point.ARM_B, scale(-radius_b, normal))
     if touches and rows[lane + constraint.RESTITUTION] > 0.0:
         rows[point + contact_point.APPROACH_VELOCITY] = dot(normal, met)
+    return True
 
 
 @inline
@@ -338,6 +338,7 @@ def foresee(
             begin = batches[batch + batch_record.BEGIN]
             points = batches[batch + batch_record.POINT_COUNT]
             of_balls = batches[batch + batch_record.KIND] == batch_record.BALLS
+            any_kept = False
             for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
                 if stage == 0:
                     _note_speeds(lane, points, width, substep, rows, bodies)
@@ -346,8 +347,8 @@ def foresee(
                 elif of_balls and stage == 1 and _is_candidate(lane, ahead, rows, bodies):
                     _note_meeting(lane, h, threshold, rows, bodies)
                 elif of_balls and stage == 3:
-                    _keep(lane, h, rows, bodies)
-            if of_balls and stage == 3:
+                    any_kept = _keep(lane, h, rows, bodies) or any_kept
+            if any_kept:
                 first = begin + constraint.SIZE
                 prepare.effective_masses(lanes, rows[begin:first], rows[first : first + width])
     for index in range(len(members)):
@@ -414,17 +415,7 @@ def _catch_up(
     way = scale(sign * bodies[body + solver_bodies.INVERSE_MASS], late)
     if rubs:
         way = _kept_out(body, way, batch_count, width, batches, rows)
-    moved = body + solver_bodies.DISPLACEMENT
-    store(bodies, moved, add(load(bodies, moved), way))
-    place = blocks.at(body // solver_bodies.SIZE, blocks.TRANSLATION)
-    for axis in range(3):
-        lane = place + blocks.LANES * axis
-        motion.translation[lane + blocks.RX], motion.translation[lane + blocks.EX] = (
-            blocks.add_compensated(
-                motion.translation[lane + blocks.RX], motion.translation[lane + blocks.EX],
-                way[axis],
-            )
-        )  # fmt: skip
+    solver_bodies.shift(body // solver_bodies.SIZE, way, motion, bodies)
 
 
 @kernel
