@@ -48,6 +48,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from types import CodeType, FrameType, FunctionType
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -260,7 +261,9 @@ def _listed(slots: Mapping[str, KernelSlot]) -> str:
 
 def _checked(function: FunctionType, offered: Any, bindings: Any) -> dict[str, Any]:
     """Give what is bound to the slots of a function: to all of them, and to nothing else."""
-    slots = slots_of(function)
+    slots = _SLOTS.get(function)
+    if slots is None:
+        slots = _SLOTS[function] = slots_of(function)
     where = f'specialise({function.__module__}.{function.__qualname__})'
     unknown = sorted(bindings.keys() - slots.keys())
     if unknown:
@@ -318,6 +321,8 @@ def specialise(
 
 
 _MADE: dict[tuple[str, str], Callable[..., Any]] = {}  # by module and unique name, as in the cache
+# of a source: a scene with contact asks a hundred of them, each anew for every simulation
+_SLOTS: WeakKeyDictionary[FunctionType, dict[str, KernelSlot]] = WeakKeyDictionary()
 
 
 def _digest(bindings: dict[str, Any]) -> str:

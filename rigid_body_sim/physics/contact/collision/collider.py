@@ -130,7 +130,7 @@ class Colliders:
         to_principal = layout.to_body_axes(np.broadcast_to(np.eye(3), (layout.n_rigid, 3, 3)))
         parameters: list[float] = []
         known: dict[bytes, int] = {}
-        hulls: dict[int, Array] = {}
+        hulls: dict[Any, Array] = {}
         table, bounds, local_poses, poses, materials = [], [], [], [], []
         for index, body, kind in found:
             try:
@@ -231,11 +231,11 @@ def _needs_prisms(types: list[int]) -> bool:
     )
 
 
-def _parameters(body: Body, prisms: bool, hulls: dict[int, Array]) -> Array:
+def _parameters(body: Body, prisms: bool, hulls: dict[Any, Array]) -> Array:
     """
     Give the parameters of a shape, see `shape_parameters`.
 
-    hulls : those that were found already, by the identity of the shape: copies of a body share it
+    hulls : those that were found already: a hull of a hundred equal tiles is found once
     """
     match body.shape:
         case Sphere(radius=radius):
@@ -260,13 +260,20 @@ def _parameters(body: Body, prisms: bool, hulls: dict[int, Array]) -> Array:
             return np.zeros(1)
 
 
-def _record(shape: Any, hulls: dict[int, Array]) -> Array:
+def _record(shape: Any, hulls: dict[Any, Array]) -> Array:
     # Qhull takes a quarter of a second to import: only for the scenes that have a hull.
     from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records import record
 
-    if id(shape) not in hulls:
-        hulls[id(shape)] = record(shape)
-    return hulls[id(shape)]
+    match shape:
+        case ConvexHull(vertices=vertices):
+            which: Any = vertices.tobytes()
+        case Cylinder(radius=radius, length=length):
+            which = radius, length
+        case _:
+            which = id(shape)
+    if which not in hulls:
+        hulls[which] = record(shape)
+    return hulls[which]
 
 
 def _surface_record(body: Body, shape: Surface) -> Array:
