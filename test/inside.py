@@ -299,7 +299,7 @@ def compile_apart(patch):
         numba_pipeline.make_ready()  # once here, not in each child
         child = os.fork()
         if child == 0:
-            gc.freeze()
+            gc.disable()  # what is made ends with it
             try:
                 work(*arguments)
             finally:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import resource
 import warnings
+from functools import cache
 from pathlib import Path
 
 import matplotlib.image
@@ -55,6 +56,7 @@ def scene_text(bodies, gravity=GRAVITY, title='thrown'):
     ).encode()
 
 
+@cache
 def motion_of(time, places):
     """Thrown tumbling bodies, each shifted along y: the arrays that a tick records."""
     flight = ballistic.flight(time, position=START, velocity=VELOCITY, acceleration=GRAVITY)
@@ -86,10 +88,10 @@ def throw(tmp_path):
         )
         force, extra = np.zeros((len(bodies), 3)), np.zeros(3)
         for tick in range(1, TICKS + 1):
-            arrays = motion_of(tick * DT_NS * 1e-9, len(bodies))
+            arrays = dict(motion_of(tick * DT_NS * 1e-9, len(bodies)))
             force[:] = tick - 1 in pushed
             extra[0] += jump * (tick - 1 in pushed)
-            arrays['velocity'] += extra
+            arrays['velocity'] = arrays['velocity'] + extra
             writer.write(packer.pack(tick, **arrays, force=force, torque=0.0 * force))
         writer.close({})
         return path
