@@ -40,15 +40,16 @@ def test_a_flush_floor_is_one_surface(floor):
         assert hop < HOP, (kind, how, speed)
 
 
+@pytest.mark.parametrize('draws', [6, pytest.param(12, marks=pytest.mark.long)])
 @pytest.mark.parametrize('floor', [name for name in ghosts.FLOORS if name != 'plane'])
-def test_what_rolls_on_a_line_is_not_tilted_where_its_line_goes_over_to_another_tile(floor):
+def test_what_rolls_on_a_line_is_not_tilted_where_its_line_goes_over_to_another_tile(floor, draws):
     """
     In ticks of which each moves the joint along the line by a good part of it: slow discs, above
     all. Without the loads as the body has felt them half of them are swayed by more than SPEED.
     """
     options = SimpleNamespace(**{**vars(OPTIONS), 'seed': 4, 'speed': (0.1, 1.5)})
-    found = ghosts.run_floors(floor, ('disc',), 12, options)
-    assert sum(how == 'rolls' for _, how, *_ in found) > 3
+    found = ghosts.run_floors(floor, ('disc',), draws, options)
+    assert sum(how == 'rolls' for _, how, *_ in found) >= draws / 3
     for kind, how, speed, _, error, hop in found:
         assert error < SPEED, (kind, how, speed)
         assert hop < HOP, (kind, how, speed)
@@ -67,11 +68,12 @@ def test_what_rolls_slowly_is_not_tilted_where_passes_over_its_constraints_end()
         assert hop < HOP, (kind, how, speed)
 
 
+@pytest.mark.parametrize('draws', [4, pytest.param(8, marks=pytest.mark.long)])
 @pytest.mark.parametrize('floor', ghosts.FLOORS)
-def test_a_slow_ball_leaves_no_load_with_the_edge_behind_it(floor):
+def test_a_slow_ball_leaves_no_load_with_the_edge_behind_it(floor, draws):
     """A share of 1e-3 of its weight for two ticks is 1e-3 of 0.1 m/s."""
     options = SimpleNamespace(**{**vars(OPTIONS), 'seed': 4, 'speed': (0.1, 0.3)})
-    for _, how, speed, _, error, hop in ghosts.run_floors(floor, ('ball',), 8, options):
+    for _, how, speed, _, error, hop in ghosts.run_floors(floor, ('ball',), draws, options):
         assert error < 2e-5, (how, speed)
         assert hop < HOP, (how, speed)
 

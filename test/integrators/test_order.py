@@ -97,7 +97,7 @@ def test_free_symmetric_top_converges_with_the_claimed_order(name):
 
 
 @pytest.mark.parametrize('damping', [0.0, 0.8])
-@pytest.mark.parametrize('name', NAMES)
+@pytest.mark.parametrize('name', scenes.of_each_scheme(NAMES))
 def test_spring_converges_with_the_claimed_order(name, damping):
     def error(h):
         sim = simulation(scenes.oscillator(dt=h, damping=damping), name)
@@ -117,7 +117,9 @@ def test_spring_converges_with_the_claimed_order(name, damping):
 
 # from rest the stages of a method of high order lie on both sides of the kink of |v| v in its
 # first step
-@pytest.mark.parametrize('name', [name for name in NAMES if INTEGRATORS[name].order < 8])
+@pytest.mark.parametrize(
+    'name', scenes.of_each_scheme([name for name in NAMES if INTEGRATORS[name].order < 8])
+)
 def test_quadratic_drag_converges_with_the_claimed_order(name):
     def error(h):
         scene = scenes.scene(
