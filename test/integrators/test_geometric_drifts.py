@@ -176,7 +176,8 @@ def test_weights_of_compositions_fulfil_their_conditions():
     assert earlier.sum() == pytest.approx(1 / 6, abs=1e-14)
 
 
-@pytest.mark.parametrize('order', [2, 4, 6])
+@pytest.mark.usefixtures('plain_source')
+@pytest.mark.parametrize('order', [pytest.param(2, marks=pytest.mark.long), 4, 6])
 def test_taylor_drift_has_the_order_it_is_made_for(order, monkeypatch):
     """Order sixteen is below round-off before its first term leads; lower ones show the series."""
     scheme = Splitting(
