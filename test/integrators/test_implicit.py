@@ -174,6 +174,7 @@ def test_implicit_midpoint_keeps_momentum_and_angular_momentum_of_linked_bodies(
     np.testing.assert_allclose(sim.angular_momentum(), angular, rtol=0, atol=1e-11)
 
 
+@pytest.mark.usefixtures('plain_source')
 @pytest.mark.parametrize('name', scenes.mostly_long(IMPLICIT, short=('implicit_midpoint',)))
 def test_derivatives_by_differences_give_the_same_motion(name, monkeypatch):
     """An element that brings no kernel `linearise` is served as well."""

@@ -107,6 +107,7 @@ class Wrenches:
         )
 
 
+@pytest.mark.usefixtures('plain_source')
 def test_derivatives_of_wrenches_on_pivoted_bodies_are_their_differences():
     simulation = linked()
     wrenches = Wrenches(simulation)
@@ -142,6 +143,7 @@ def test_derivatives_of_wrenches_on_pivoted_bodies_are_their_differences():
     assert not found[:, :, :, :2, :3].any()
 
 
+@pytest.mark.usefixtures('plain_source')
 def test_the_definite_part_of_the_derivatives_is_symmetric_and_negative():
     simulation = linked()
     stepper, acting, n = inside.stepper(simulation), inside.elements(simulation), 3

@@ -138,6 +138,7 @@ def told(initial=None, **motion):
     }
 
 
+@pytest.mark.usefixtures('plain_source')
 @pytest.mark.parametrize('way', ['surge', 'sway', 'heave', 'roll', 'pitch', 'yaw'])
 def test_at_the_crest_of_a_wave_the_acceleration_is_its_amplitude_times_the_rate_squared(way):
     size, period = 0.5, 1.0

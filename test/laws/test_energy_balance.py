@@ -138,6 +138,7 @@ def test_a_reset_begins_a_new_balance_and_nobody_gets_one_unasked():
     assert sim.energy_balance().dissipation == 0.0 == sim.energy_balance().change
 
 
+@pytest.mark.usefixtures('plain_source')
 def test_a_passive_scene_that_gains_is_seen_and_one_that_swings_is_not():
     """Explicit Euler feeds an oscillator, kick-drift-kick does not."""
     for name, gains in (('explicit_euler', True), ('dmv6', False)):

@@ -32,6 +32,7 @@ def scene(*, integrator='lie_rk4', interpolation='smooth', forces=(), **more):
     return {'dt': 0.05, 'integrator': integrator, 'bodies': [body], 'forces': list(forces)}
 
 
+@pytest.mark.usefixtures('plain_source')
 def test_a_skater_turns_thrice_as_fast_and_keeps_l_to_the_last_bit():
     sim = Simulation(load_scene(find_scene('skater')))
     before, energy = sim.state.angular_momentum.tobytes(), sim.energy()

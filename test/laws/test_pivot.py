@@ -305,6 +305,7 @@ def difference(simulation, exact):
     )
 
 
+@pytest.mark.usefixtures('plain_source')
 @pytest.mark.parametrize(
     ('name', 'options', 'dt', 'error'),
     [
@@ -325,6 +326,7 @@ def test_springs_drag_and_commands_move_a_pivoted_body_as_newton_and_euler_say(
     assert difference(simulation, newton_euler(1.0)) < error  # truncation, by the order of each
 
 
+@pytest.mark.usefixtures('plain_source')
 def test_forces_of_position_move_a_pivoted_body_as_newton_and_euler_say():
     simulation = commanded(Simulation(jointed(0.01, damped=False), integrator='blanes_moan4'))
     simulation.step(100)

@@ -134,6 +134,7 @@ def test_critical_and_overdamped_springs_come_to_rest_at_any_step(name, steps, d
     assert size[-1] < (1e-6 if damping_ratio == 1.0 else 0.02)
 
 
+@pytest.mark.usefixtures('plain_source')
 @pytest.mark.parametrize('name', mostly_long('linear_propagator', 'dmv6'))
 @pytest.mark.parametrize('hk', [0.1, 1.0, 3.9])
 def test_drag_never_speeds_a_body_up(name, hk):
