@@ -32,8 +32,8 @@ ORDER = (
 ROOMS_OF_CONTACT = {
     'contact, impacts': ('impact', 'ticks_cut'),
     'contact, forces': (
-        'cut_ticks', 'far_away', 'flowing_mass', 'forces_beside', 'pivots_that_touch',
-        'prescribed_motion',
+        'cut_ticks', 'far_away', 'flowing_mass', 'forces_beside', 'gains_beside',
+        'pivots_that_touch', 'prescribed_motion',
     ),
     'contact, other kernels': ('pairs_', 'same_bits', 'sleeping'),
 }  # fmt: skip

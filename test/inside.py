@@ -22,7 +22,7 @@ from rigid_body_sim.physics.compile.kernel import Kernel, behind
 from rigid_body_sim.physics.compile.pieces import PieceFiles
 from rigid_body_sim.physics.contact import step, tick_counts, world_arrays
 from rigid_body_sim.physics.contact import world as world_module
-from rigid_body_sim.physics.contact.collision.collider import BOX, HULL, PLANE, SPHERE, SURFACE
+from rigid_body_sim.physics.contact.collision.collider import BOX, PLANE, SPHERE, SURFACE
 from rigid_body_sim.physics.contact.islands import unsettled_record
 from rigid_body_sim.physics.contact.islands.sleep import make_sleep_state
 from rigid_body_sim.physics.contact.settings import EVENT
@@ -36,10 +36,8 @@ from rigid_body_sim.physics.integration import integrators
 from rigid_body_sim.scene import document
 
 PAIRS = tuple((a, b) for a in range(PLANE) for b in range(a, PLANE + 1))  # ground aside
-USUAL_PAIRS = tuple(pair for pair in PAIRS if {*pair} <= {SPHERE, BOX, PLANE})
 ALL_PAIRS = (*PAIRS, *((kind, SURFACE) for kind in range(PLANE)))
-EVENT_PAIRS = (*USUAL_PAIRS, (SPHERE, SURFACE), (BOX, SURFACE))
-PAIRS_BESIDE_FORCES = tuple(pair for pair in PAIRS if {*pair} <= {SPHERE, BOX, HULL, PLANE})
+EVENT_PAIRS = (*PAIRS, (SPHERE, SURFACE), (BOX, SURFACE))
 USUAL_FORCES = {'constant', 'drag', 'spring'}  # those of test_compiled_is_plain
 FORCES_BESIDE_CONTACT = {*USUAL_FORCES, 'gravity', 'time'}
 
@@ -332,11 +330,10 @@ def share_kernels(patch):
     """
     Let scenes share a few kernels, which know more than each scene needs: some kinds of forces
     with no element of them; where bodies touch, to bounce, to resist rolling and to turn on arcs,
-    rules of pairs, and to sleep, but what is struck at an instant; all pairs of shapes and ground
-    of triangles, but what is struck at an instant those of balls, boxes and planes. Where anything
-    acts beside contact, or a body is moved as told, one kernel knows balls, boxes, hulls and
-    planes, balls off the centre of mass, forces that depend on velocity, pivots, masses that flow
-    and what is driven.
+    rules of pairs, and to sleep, but what is struck at an instant; all pairs of shapes, and where
+    only weight acts ground of triangles. Where anything acts beside contact, or a body is moved as
+    told, one kernel knows balls off the centre of mass, forces that depend on velocity, pivots,
+    masses that flow and what is driven.
 
     None of that changes a bit (`contact/test_same_bits.py`) but two: the inverse inertia of a cube
     or ball is turned in each substep, as that of any body; and where only weight acts, and masses
@@ -349,7 +346,7 @@ def share_kernels(patch):
     sleepers_of, driven_by = ContactWorld._make_sleepers, world_arrays.driven_bodies
 
     def compile_shared(self, scene, evaluate, velocity_dependent):
-        known = PAIRS_BESIDE_FORCES
+        known = PAIRS
         if self._events:
             known = EVENT_PAIRS
         elif evaluate is None:

@@ -408,7 +408,7 @@ TURNTABLES = {
 
 @pytest.mark.parametrize('table', TURNTABLES)
 @pytest.mark.parametrize('what', LOADS)
-def test_a_load_beside_the_axis_of_a_turntable_slips_exactly_above_mu_g(what, table, plain_source):
+def test_a_load_beside_the_axis_of_a_turntable_slips_exactly_above_mu_g(what, table):
     """It rides along on its circle while omega^2 r < mu g; points of a disc go round with it."""
     omega, radius = 4.0, 0.3
     ways = []
