@@ -30,7 +30,7 @@ ORDER = (
 )  # fmt: skip
 # files of contact with kernels of their own, made of the same parts as the one of all others
 ROOMS_OF_CONTACT = {
-    'contact, impacts': ('impact', 'ticks_cut'),
+    'contact, impacts': ('flat_blows', 'impact', 'ticks_cut'),
     'contact, forces': (
         'cut_ticks', 'far_away', 'flowing_mass', 'forces_beside', 'gains_beside',
         'pivots_that_touch', 'prescribed_motion',

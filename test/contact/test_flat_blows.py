@@ -92,7 +92,7 @@ def after_the_blow(bodies, gap, approach, gravity=(0, 0, 0)):
     return sim
 
 
-@pytest.mark.parametrize('seed', seeds(5, 80))
+@pytest.mark.parametrize('seed', seeds(8, 80))
 def test_what_a_moving_wall_bats_flat_is_not_turned(seed, plain_source):
     """v' = w + e (w - v), at any speed of the wall, e and shape."""
     rng, frame, e, approach, gap = drawn(seed)
@@ -111,8 +111,8 @@ def test_what_a_moving_wall_bats_flat_is_not_turned(seed, plain_source):
     assert np.abs(sim.state.angular_velocity_body[1]).max() < TURNED
 
 
-@pytest.mark.parametrize('seed', seeds(5, 80))
-def test_two_that_meet_flat_in_flight_are_not_turned(seed, plain_source):
+@pytest.mark.parametrize('seed', seeds(8, 80))
+def test_two_that_meet_flat_in_flight_are_not_turned(seed):
     """Momentum stays, and v_B' - v_A' = -e (v_B - v_A)."""
     rng, frame, e, approach, gap = drawn(seed)
     speed = rng.uniform(-2, 2)
@@ -129,7 +129,7 @@ def test_two_that_meet_flat_in_flight_are_not_turned(seed, plain_source):
 
 
 @pytest.mark.parametrize('seed', seeds(6, 60))
-def test_what_falls_flat_on_flush_tiles_falls_as_on_one(seed, plain_source):
+def test_what_falls_flat_on_flush_tiles_falls_as_on_one(seed):
     """Three tiles, of which the body meets one, two or three at once."""
     rng, _, e, approach, gap = drawn(seed)
     up = turn_about((0, 1, 0), -np.pi / 2)  # x of the frame is up
@@ -147,8 +147,8 @@ def test_what_falls_flat_on_flush_tiles_falls_as_on_one(seed, plain_source):
     assert np.abs(sim.state.angular_velocity_body[-1]).max() < TURNED
 
 
-@pytest.mark.parametrize('seed', seeds(3, 60))
-def test_what_flies_flat_between_two_walls_goes_on_flat(seed, plain_source):
+@pytest.mark.parametrize('seed', seeds(6, 60))
+def test_what_flies_flat_between_two_walls_goes_on_flat(seed):
     """Its speed is e^n v after n blows; round-off of each is turned into a tilt by the next."""
     rng, frame, _, _, room = drawn(seed)
     e, speed = float(rng.choice([0.9, 1.0])), 2.0
@@ -168,7 +168,7 @@ def test_what_flies_flat_between_two_walls_goes_on_flat(seed, plain_source):
 
 
 @pytest.mark.parametrize('seed', seeds(6, 60))
-def test_what_falls_flat_on_a_body_that_rests_leaves_it_flat_with_e_v(seed, plain_source):
+def test_what_falls_flat_on_a_body_that_rests_leaves_it_flat_with_e_v(seed):
     """With e = 0 it would stay, and belong to the solver."""
     rng, _, e, _, height = drawn(seed)
     e = e or 0.8

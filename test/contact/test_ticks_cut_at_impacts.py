@@ -252,7 +252,7 @@ def depths(sim, discs):
 
 
 @pytest.mark.parametrize('draws', [40, pytest.param(300, marks=pytest.mark.long)])
-def test_a_disc_that_chatters_to_rest_on_its_face_does_not_sink_in_meanwhile(draws, plain_source):
+def test_a_disc_that_chatters_to_rest_on_its_face_does_not_sink_in_meanwhile(draws):
     """
     What meets in no cut of a tick is the solver's from its start. A load that is put on at once
     sinks in twice as far as it rests; what fell on through the ground was 8e-5 m in it.
