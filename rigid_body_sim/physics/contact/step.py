@@ -86,6 +86,7 @@ from rigid_body_sim.physics.contact.solver import (
     common_pressure,
     forces_of_state,
     group_record,
+    impact_sequence,
     impulse_cache,
     lane_scratch,
     manifold_constraints,
@@ -174,6 +175,7 @@ end_substep = slot('kernel (index, now, group, ...): motion of a substep, and wh
 pass_substeps = slot('kernel (now, group, constraints, world): all substeps of a tick')
 pass_group = slot('kernel (number, now, world): a group, from its constraints to the last substep')
 pass_groups = slot('kernel (tick, h, world): parts of a tick that are groups, or bodies')
+give_impacts = slot('kernel (motion, touching, ...): impulses of impacts that were followed')
 catch_up_balls = slot('kernel (now, ...): balls that met; tells whether there are any')
 take_back_gains = slot('kernel (h, touching, ...): of contact; tells whether it changed any')
 bound_bounces = slot('kernel (touching, ...): restitution')
@@ -327,6 +329,8 @@ def _advance(ticks, tick, h, world):
             world.overlap_limits, constraints.manifolds, constraints.rows, world.overlaps,
         )  # fmt: skip
         evaluated = COUPLED and not VELOCITY_DEPENDENT
+        if BALLS_MEET:
+            give_impacts(motion, touching, constraints, bodies, flows, counts)
         if BOUNCES and counts[tick_counts.BATCHES] > 0:
             bound_bounces(
                 now, touching, motion, colliders, constraints, energy, bodies, flows, driven,
@@ -1111,6 +1115,19 @@ def _bound_bounces(
     scatter_momenta(Group(touching, False, motion), bodies)
 
 
+def _give_impacts(motion, touching, constraints, bodies, flows, counts):
+    """Give balls the impulses of impacts that were followed before the tick."""
+    if FLOWS:
+        variable_mass.scale_to_present_mass(flows, bodies)
+    found = impact_sequence.give(
+        counts[tick_counts.BATCHES], constraints.batches, constraints.rows, bodies
+    )
+    if FLOWS:
+        variable_mass.scale_to_start_mass(flows, bodies)
+    if found:
+        scatter_momenta(Group(touching, False, motion), bodies)
+
+
 def _catch_up_balls(now, motion, constraints, bodies, flows, counts):
     """Take balls that met to where they would be at once; tell whether there are any."""
     if FLOWS:
@@ -1242,7 +1259,7 @@ _STAGES = (
     _find_works_of_drives, _colour_constraints, _arrange_constraints, _prepare_group,
     _find_first_loads, _begin_energy_balance, _solve_contacts, _move_all, _move_group, _move_free,
     _correct_forces, _gather_moved_bodies, _follow_and_relax, _end_substep, _pass_substeps,
-    _pass_group, _pass_groups, _bound_bounces, _catch_up_balls, _take_back_gains,
+    _pass_group, _pass_groups, _bound_bounces, _give_impacts, _catch_up_balls, _take_back_gains,
     _store_some_impulses, _store_impulses, _give_a_hand, _put_to_sleep, _meet_at_instant,
 )  # fmt: skip
 # named twice, or more often

@@ -34,6 +34,7 @@ from rigid_body_sim.physics.contact.solver import (
     constraint,
     contact_point,
     friction_patch,
+    impact_sequence,
     wide_lanes,
 )
 from rigid_body_sim.physics.contact.solver.constraint import LANES
@@ -197,6 +198,8 @@ def heed_friction(
         points = batches[batch + batch_record.POINT_COUNT]
         for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
             if not (rows[lane + constraint.BOUNCES] > 0.0 and bounces(lane, points, width, rows)):
+                continue
+            if impact_sequence.is_given_at_the_end(lane, rows):
                 continue
             if _meet_alone(lane, rows):
                 _count_what_was_given(lane, rows)

@@ -40,6 +40,7 @@ from rigid_body_sim.physics.contact.solver import (
     batch_record,
     constraint,
     contact_point,
+    impact_sequence,
     prepare,
     wide_lanes,
 )
@@ -57,7 +58,7 @@ from rigid_body_sim.physics.vectors import (
 )
 
 NEWTON = 4  # steps to the instant, from that without acceleration
-NONE = 0.0  # in place of a rest of the tick
+NONE, OTHERS = 0.0, -1.0  # in place of a rest of the tick; they meet, and may meet others too
 ACROSS = 1e-4  # [-] cosine of two normals
 LEAST = 1e-12  # [s] rest of the tick: what meets at its end is kept too
 
@@ -150,6 +151,21 @@ def _is_candidate(lane: int, ahead: float, rows: Array, bodies: Array) -> bool:
     normal = wide_lanes.vector(rows, lane + constraint.NORMAL)
     apart = rows[point + contact_point.INITIAL_SEPARATION]
     return bool(apart >= 0.0 and apart + ahead * dot(normal, comes) <= 0.0)
+
+
+@inline
+def _goes_on_to_meet(lane: int, threshold: float, rows: Array, bodies: Array) -> bool:
+    """
+    Tell whether two balls carry nothing, overlap a little and come nearer: one was taken there
+    after an impact of the tick before, in which it could not be known to come so far.
+    """
+    point = lane + constraint.SIZE
+    apart = rows[point + contact_point.INITIAL_SEPARATION]
+    if not (apart < 0.0 and impact_sequence.is_pair(lane, rows, bodies)):
+        return False
+    body_a, body_b = _bodies(lane, rows)
+    normal = wide_lanes.vector(rows, lane + constraint.NORMAL)
+    return bool(dot(normal, _velocity_apart(body_a, body_b, bodies)) < -threshold)
 
 
 @inline
@@ -278,7 +294,8 @@ def _keep(lane: int, h: float, rows: Array, bodies: Array) -> bool:
     for body in _bodies(lane, rows):
         # itself is counted too
         if _moves(body, bodies) and bodies[body + solver_bodies.MEETINGS] != 2.0:
-            rows[lane + constraint.WAITS] = NONE
+            touches, _, _, _ = _foresee(lane, h, rows, bodies)
+            rows[lane + constraint.WAITS] = OTHERS if touches else NONE
             return False
     touches, _, normal, met = _foresee(lane, h, rows, bodies)
     frame = turned_frame(wide_lanes.contact_frame(rows, lane), normal)
@@ -297,13 +314,17 @@ def _keep(lane: int, h: float, rows: Array, bodies: Array) -> bool:
 
 
 @inline
-def _any_candidate(ahead: float, batches: Indices, rows: Array, bodies: Array) -> bool:
+def _any_candidate(
+    ahead: float, threshold: float, batches: Indices, rows: Array, bodies: Array
+) -> bool:  # fmt: skip
     """Tell whether there are two balls that come near enough to meet."""
     for batch in range(0, len(batches), batch_record.SIZE):
         if batches[batch + batch_record.KIND] == batch_record.BALLS:
             begin = batches[batch + batch_record.BEGIN]
             for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
                 if _is_candidate(lane, ahead, rows, bodies):
+                    return True
+                if _goes_on_to_meet(lane, threshold, rows, bodies):
                     return True
     return False
 
@@ -323,8 +344,8 @@ def foresee(
     members : bodies of the group
     """
     batches, rows = constraints.batches, constraints.rows
-    ahead = h + substep
-    if not _any_candidate(ahead, batches, rows, bodies):
+    ahead, any_others = h + substep, False
+    if not _any_candidate(ahead, threshold, batches, rows, bodies):
         return
     for index in range(len(members)):
         row = members[index] * solver_bodies.SIZE
@@ -348,9 +369,14 @@ def foresee(
                     _note_meeting(lane, h, threshold, rows, bodies)
                 elif of_balls and stage == 3:
                     any_kept = _keep(lane, h, rows, bodies) or any_kept
+                    if _goes_on_to_meet(lane, threshold, rows, bodies):
+                        rows[lane + constraint.WAITS] = OTHERS
+                    any_others = any_others or rows[lane + constraint.WAITS] < 0.0
             if any_kept:
                 first = begin + constraint.SIZE
                 prepare.effective_masses(lanes, rows[begin:first], rows[first : first + width])
+    if any_others:
+        impact_sequence.follow(width, h, threshold, members, constraints, bodies)
     for index in range(len(members)):
         row = members[index] * solver_bodies.SIZE
         store(bodies, row + solver_bodies.DISPLACEMENT, (0.0, 0.0, 0.0))
@@ -361,6 +387,8 @@ def foresee(
 @inline
 def _late(lane: int, substep: float, bounces: bool, rows: Array) -> Any:
     """Impulses on B of a lane, each times by how much it came too late [N s^2]."""
+    if impact_sequence.is_given_at_the_end(lane, rows):
+        return wide_lanes.vector(rows, lane + constraint.SIZE + impact_sequence.MISSED)
     normal, tangent_1, tangent_2 = wide_lanes.contact_frame(rows, lane)
     point = lane + constraint.SIZE
     waits = rows[lane + constraint.WAITS]
@@ -450,4 +478,11 @@ def catch_up(
                     body_b, 1.0, late, rubs, batch_count, width, motion, batches, rows, bodies
                 )  # fmt: skip
                 found = True
+    for batch in range(0, batch_count * batch_record.SIZE, batch_record.SIZE):
+        if batches[batch + batch_record.KIND] != batch_record.BALLS:
+            continue
+        begin = batches[batch + batch_record.BEGIN]
+        for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
+            if found and impact_sequence.is_given_at_the_end(lane, rows):
+                impact_sequence.measure(lane, rows, bodies)
     return found

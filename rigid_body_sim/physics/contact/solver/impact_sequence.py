@@ -1,0 +1,542 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Impacts of several balls in one tick, in the order in which they come.
+
+Where two balls meet that may meet others in the same tick (`ball_impacts`), what they give each
+other depends on who comes first: the first of two balls in a row stops and the last one leaves,
+while both at once would throw the first one back. So the impacts of such a *cluster* are followed
+from one to the next before anything moves, on parabolas,
+
+    x = x_0 + P + V t + a t^2/2,   V <- V + dv,   P <- P - dv t   by an impact at t
+
+each by Newton's law with Coulomb's friction. The balls then pass the tick as if they did not know
+of each other, and are given all impulses at its end, with the way that they have missed. What
+comes at the same instant, as in a rack of balls that touch, comes in rounds: each impact finds the
+velocities with which the round began and a share 1/k of each mass, k of the impacts of that body,
+
+    J = -(1 + e) v_n / (k_A/m_A + k_B/m_B),   until none comes nearer,
+
+so that a symmetry stays, momentum too, and no energy is made: a body of which each share had its
+own impulse has more energy than one with their mean.
+
+A cluster are balls that move, joined by pairs without a load. It is left to the substeps where one
+has anything else near, unless the normal of that is across to all pairs of it, as a table is;
+where two meet twice at different instants; and where there is no end of it.
+
+x_0, a : of the centre at the start of the tick; acceleration without impacts, see `ball_impacts`
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from rigid_body_sim.physics.arrays import Array, Indices
+from rigid_body_sim.physics.compile.kernels import inline, kernel
+from rigid_body_sim.physics.contact import solver_bodies
+from rigid_body_sim.physics.contact.array_groups import Constraints
+from rigid_body_sim.physics.contact.solver import (
+    batch_record,
+    constraint,
+    contact_point,
+    wide_lanes,
+)
+from rigid_body_sim.physics.contact.solver.separation import turned_frame
+from rigid_body_sim.physics.vectors import add, add_scaled, cross, dot, load, scale, store, subtract
+
+NEWTON = 4  # steps to an instant, from that without acceleration
+ACROSS = 1e-4  # [-] cosine of two normals
+LEAST = 1e-12  # [s] rest of the tick: what meets at its end is kept too
+TIE = 1e-10  # [s] what comes within it comes at once
+SLOW = 1e-6  # [m/s] what comes nearer slower does not meet: more leaves overlaps, less takes rounds
+MANY, ROUNDS = 20.0, 200.0  # [-] of a pair, from which more is too slow; at most
+OPEN = 0.1  # [-] of the radii: less overlap is what is left of impacts, and ends in them
+LIGHT = 1e-4  # [m/s] that a load gives in a substep: less is none
+
+# of a lane, while impacts are followed
+COUNT, NO_MEMBER = constraint.BOUNCES, -1.0  # rounds that it had part in
+NORMAL, IMPULSE = contact_point.BEGUN_BEFORE, contact_point.BEGUN  # n of the first, sum of J on B
+LATE, TWIST = contact_point.TOTAL_IMPULSE, contact_point.WARM_NORMAL  # sums of t J, n x J
+OF_ROUND = contact_point.NORMAL_IMPULSE  # J of this round
+# until the tick ends, in place of arms: sums of (h - t) J, and n x J
+MISSED, TURNS = contact_point.ARM_A, contact_point.ARM_B
+# of a body
+VELOCITY = solver_bodies.MOMENTUM_BEFORE_RESTITUTION
+SPIN = solver_bodies.ANGULAR_MOMENTUM_BEFORE_RESTITUTION
+BEGINS = solver_bodies.SUBSTEP_POSITION  # P
+LIES_ON = solver_bodies.DISPLACEMENT  # normal of what it rests on or is near to
+LABEL, LAST, TIES = LIES_ON, LIES_ON + 1, LIES_ON + 2  # then: cluster, instant, impacts of a round
+HAS_NORMAL, STATE = solver_bodies.TURN, solver_bodies.TURN + 1
+HOT = solver_bodies.TURN + 2  # 1: a cluster in which balls meet that may meet others
+FREE, LEFT, TAKEN = 0.0, 1.0, 2.0  # states; taken: of two that meet alone
+
+
+@inline
+def _moves(body: int, bodies: Array) -> bool:
+    return bodies[body + solver_bodies.INVERSE_MASS] > solver_bodies.HELD
+
+
+@inline
+def _bodies(lane: int, rows: Array) -> Any:
+    """Where the bodies of a lane begin."""
+    return int(rows[lane + constraint.BODY_A]), int(rows[lane + constraint.BODY_B])
+
+
+@inline
+def is_pair(lane: int, rows: Array, bodies: Array) -> bool:
+    """Tell whether a lane of balls is one of two that move, are apart and carry nothing."""
+    body_a, body_b = _bodies(lane, rows)
+    point = lane + constraint.SIZE
+    reach = rows[lane + constraint.RADIUS_A] + rows[lane + constraint.RADIUS_B]
+    given = rows[point + contact_point.NORMAL_IMPULSE] / rows[point + contact_point.NORMAL_MASS]
+    return bool(
+        rows[lane + constraint.ROUNDNESS] == constraint.TWO_BALLS
+        and given < LIGHT
+        and rows[point + contact_point.INITIAL_SEPARATION] >= -OPEN * reach
+        and _moves(body_a, bodies)
+        and _moves(body_b, bodies)
+    )
+
+
+@inline
+def _state(lane: int, rows: Array, bodies: Array) -> float:
+    """Return the state of a lane: the larger one of its bodies."""
+    body_a, body_b = _bodies(lane, rows)
+    return max(bodies[body_a + STATE], bodies[body_b + STATE])
+
+
+@inline
+def _leave(lane: int, rows: Array, bodies: Array) -> None:
+    """Leave the bodies of a lane to the substeps."""
+    body_a, body_b = _bodies(lane, rows)
+    bodies[body_a + STATE] = LEFT
+    bodies[body_b + STATE] = LEFT
+
+
+@inline
+def _note_normal(lane: int, rows: Array, bodies: Array) -> None:
+    """Note for the bodies of a lane that is no member what is near to them: one normal at most."""
+    normal = wide_lanes.vector(rows, lane + constraint.NORMAL)
+    for body in _bodies(lane, rows):
+        if not _moves(body, bodies) or bodies[body + STATE] == TAKEN:
+            continue
+        if bodies[body + HAS_NORMAL] > 0.0:
+            along = dot(normal, load(bodies, body + LIES_ON))
+            if 1.0 - abs(along) > ACROSS * ACROSS:
+                bodies[body + STATE] = LEFT
+        bodies[body + HAS_NORMAL] = 1.0
+        store(bodies, body + LIES_ON, normal)
+
+
+@inline
+def _check_across(lane: int, rows: Array, bodies: Array) -> None:
+    """Leave a pair that is not across to what its balls lie on to the substeps."""
+    normal = wide_lanes.vector(rows, lane + constraint.NORMAL)
+    for body in _bodies(lane, rows):
+        beside = load(bodies, body + LIES_ON)
+        if bodies[body + HAS_NORMAL] > 0.0 and not abs(dot(normal, beside)) < ACROSS:
+            _leave(lane, rows, bodies)
+
+
+@inline
+def _begin(body: int, bodies: Array) -> None:
+    """Let a ball start on its way."""
+    momentum = load(bodies, body + solver_bodies.MOMENTUM)
+    velocity = scale(bodies[body + solver_bodies.INVERSE_MASS], momentum)
+    store(bodies, body + VELOCITY, velocity)
+    store(bodies, body + SPIN, solver_bodies.spin(body, bodies))
+    store(bodies, body + BEGINS, (0.0, 0.0, 0.0))
+    bodies[body + LABEL] = float(body)
+    bodies[body + LAST] = 0.0
+    bodies[body + TIES] = 0.0
+
+
+@kernel
+def _choose_members(width: int, members: Indices, constraints: Constraints, bodies: Array) -> None:
+    """Find the pairs whose impacts are followed, and let their balls start."""
+    batches, rows = constraints.batches, constraints.rows
+    for index in range(len(members)):
+        row = members[index] * solver_bodies.SIZE
+        for entry in (HAS_NORMAL, STATE, HOT):
+            bodies[row + entry] = 0.0
+    for stage in range(5):
+        for batch in range(0, len(batches), batch_record.SIZE):
+            begin = batches[batch + batch_record.BEGIN]
+            of_balls = batches[batch + batch_record.KIND] == batch_record.BALLS
+            for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
+                body_a, body_b = _bodies(lane, rows)
+                if stage == 0:
+                    if of_balls and rows[lane + constraint.WAITS] > 0.0:
+                        bodies[body_a + STATE] = TAKEN if _moves(body_a, bodies) else FREE
+                        bodies[body_b + STATE] = TAKEN if _moves(body_b, bodies) else FREE
+                elif stage == 1:
+                    is_member = of_balls and is_pair(lane, rows, bodies)
+                    is_member = is_member and not _state(lane, rows, bodies) == TAKEN
+                    rows[lane + COUNT] = 0.0 if is_member else NO_MEMBER
+                    if not is_member:
+                        _note_normal(lane, rows, bodies)
+                elif of_balls and not rows[lane + COUNT] < 0.0:
+                    if stage == 2:
+                        _check_across(lane, rows, bodies)
+                    elif stage == 3:
+                        _begin(body_a, bodies)
+                        _begin(body_b, bodies)
+                    elif rows[lane + constraint.WAITS] < 0.0:
+                        bodies[body_a + HOT] = 1.0
+                        bodies[body_b + HOT] = 1.0
+
+
+@inline
+def _is_followed(lane: int, rows: Array, bodies: Array) -> bool:
+    """Tell whether the impacts of a lane of balls are followed."""
+    if rows[lane + COUNT] < 0.0:
+        return False
+    body_a, _ = _bodies(lane, rows)
+    return bool(_state(lane, rows, bodies) == FREE and bodies[body_a + HOT] > 0.0)
+
+
+@inline
+def _clear(lane: int, rows: Array) -> None:
+    """Let a pair begin its sums."""
+    point = lane + constraint.SIZE
+    for sums in (IMPULSE, LATE, TWIST, OF_ROUND):
+        wide_lanes.put_vector(rows, point + sums, (0.0, 0.0, 0.0))
+
+
+@kernel
+def _clear_followed(batches: Indices, rows: Array, bodies: Array) -> None:
+    """Let the pairs begin their sums whose impacts are followed."""
+    for batch in range(0, len(batches), batch_record.SIZE):
+        if batches[batch + batch_record.KIND] != batch_record.BALLS:
+            continue
+        begin = batches[batch + batch_record.BEGIN]
+        for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
+            if _is_followed(lane, rows, bodies):
+                _clear(lane, rows)
+
+
+@kernel
+def _join_clusters(batches: Indices, rows: Array, bodies: Array) -> None:
+    """Let the balls of a cluster have one label, one state, and be hot if one is."""
+    goes_on = True
+    while goes_on:
+        goes_on = False
+        for batch in range(0, len(batches), batch_record.SIZE):
+            if batches[batch + batch_record.KIND] != batch_record.BALLS:
+                continue
+            begin = batches[batch + batch_record.BEGIN]
+            for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
+                if rows[lane + COUNT] < 0.0:
+                    continue
+                body_a, body_b = _bodies(lane, rows)
+                for entry in (LABEL, STATE, HOT):
+                    of_a, of_b = bodies[body_a + entry], bodies[body_b + entry]
+                    if of_a != of_b:
+                        bodies[body_a + entry] = bodies[body_b + entry] = max(of_a, of_b)
+                        goes_on = True
+
+
+@inline
+def _acceleration(body: int, bodies: Array) -> Any:
+    return load(bodies, body + solver_bodies.FREE_ACCELERATION)
+
+
+@inline
+def _instant(line: Any, velocity: Any, acceleration: Any, reach: float) -> float:
+    """Time until two balls touch [s], NaN: they miss each other; line: d, reach: R_A + R_B."""
+    ahead, speed = dot(line, velocity), dot(velocity, velocity)
+    room = ahead * ahead - speed * (dot(line, line) - reach * reach)
+    if not (ahead < 0.0 and room >= 0.0):
+        return math.nan
+    time = (dot(line, line) - reach * reach) / (math.sqrt(room) - ahead)
+    for _ in range(NEWTON):
+        rate = add_scaled(velocity, time, acceleration)
+        way = add_scaled(line, time, add_scaled(velocity, 0.5 * time, acceleration))
+        slope = 2.0 * dot(way, rate)
+        if not slope < 0.0:
+            return math.nan
+        time -= (dot(way, way) - reach * reach) / slope
+    return time
+
+
+@inline
+def _line_and_velocity(lane: int, time: float, rows: Array, bodies: Array) -> Any:
+    """Line of centres of a pair at a time [s], and velocity of B less that of A."""
+    body_a, body_b = _bodies(lane, rows)
+    arm_a, arm_b = wide_lanes.arms(rows, lane + constraint.SIZE)
+    acceleration = subtract(_acceleration(body_b, bodies), _acceleration(body_a, bodies))
+    velocity = subtract(load(bodies, body_b + VELOCITY), load(bodies, body_a + VELOCITY))
+    begins = subtract(load(bodies, body_b + BEGINS), load(bodies, body_a + BEGINS))
+    way = add(begins, scale(time, add_scaled(velocity, 0.5 * time, acceleration)))
+    return (
+        add(subtract(arm_a, arm_b), way),
+        add_scaled(velocity, time, acceleration),
+        acceleration,
+    )
+
+
+@inline
+def _next_time(lane: int, h: float, rows: Array, bodies: Array) -> float:
+    """When a pair meets next within the tick [s], else infinity."""
+    body_a, body_b = _bodies(lane, rows)
+    since = max(bodies[body_a + LAST], bodies[body_b + LAST])
+    line, velocity, acceleration = _line_and_velocity(lane, since, rows, bodies)
+    reach = rows[lane + constraint.RADIUS_A] + rows[lane + constraint.RADIUS_B]
+    time = _instant(line, velocity, acceleration, reach)
+    if not since + time <= h:
+        return math.inf
+    time = since + max(time, 0.0)
+    line, velocity, _ = _line_and_velocity(lane, time, rows, bodies)
+    rounds = rows[lane + COUNT] / MANY
+    slow = SLOW * (1.0 + rounds * rounds * rounds * rounds)
+    return time if dot(line, velocity) < -slow * reach else math.inf
+
+
+@kernel
+def _find_next(h: float, batches: Indices, rows: Array, bodies: Array) -> Any:
+    """Return when the next impact comes, and a ball of it."""
+    first, ball = math.inf, 0
+    for batch in range(0, len(batches), batch_record.SIZE):
+        if batches[batch + batch_record.KIND] != batch_record.BALLS:
+            continue
+        begin = batches[batch + batch_record.BEGIN]
+        for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
+            if _is_followed(lane, rows, bodies):
+                time = _next_time(lane, h, rows, bodies)
+                if time < first:
+                    first = time
+                    ball, _ = _bodies(lane, rows)
+    return first, ball
+
+
+@inline
+def _strike(lane: int, time: float, threshold: float, rows: Array, bodies: Array) -> None:
+    """Find the impulse of a pair at a time [s], with its share of the masses."""
+    body_a, body_b = _bodies(lane, rows)
+    line, centres, _ = _line_and_velocity(lane, time, rows, bodies)
+    normal = scale(1.0 / math.sqrt(dot(line, line)), line)
+    reach = rows[lane + constraint.RADIUS_A] + rows[lane + constraint.RADIUS_B]
+    arm_a = scale(rows[lane + constraint.RADIUS_A] / reach, line)
+    arm_b = scale(-rows[lane + constraint.RADIUS_B] / reach, line)
+    turns_a = cross(load(bodies, body_a + SPIN), arm_a)
+    turns_b = cross(load(bodies, body_b + SPIN), arm_b)
+    velocity = add(centres, subtract(turns_b, turns_a))
+    speed = dot(normal, velocity)
+    ties_a, ties_b = bodies[body_a + TIES], bodies[body_b + TIES]
+    gives_a = ties_a * bodies[body_a + solver_bodies.INVERSE_MASS]
+    gives_b = ties_b * bodies[body_b + solver_bodies.INVERSE_MASS]
+    turn_a = ties_a * bodies[body_a + solver_bodies.INVERSE_INERTIA] * dot(arm_a, arm_a)
+    turn_b = ties_b * bodies[body_b + solver_bodies.INVERSE_INERTIA] * dot(arm_b, arm_b)
+    share = rows[lane + constraint.RESTITUTION] if speed < -threshold else 0.0
+    press = -(1.0 + share) * speed / (gives_a + gives_b)
+    slip = add_scaled(velocity, -speed, normal)
+    rub = 1.0 / (gives_a + gives_b + turn_a + turn_b)
+    size, most = rub * math.sqrt(dot(slip, slip)), rows[lane + constraint.FRICTION] * press
+    rub *= most / size if size > most else 1.0
+    point = lane + constraint.SIZE
+    wide_lanes.put_vector(rows, point + OF_ROUND, add_scaled(scale(press, normal), -rub, slip))
+    if rows[lane + COUNT] == 0.0:
+        wide_lanes.put_vector(rows, point + NORMAL, normal)
+    elif rows[lane + COUNT] >= ROUNDS:
+        _leave(lane, rows, bodies)
+    rows[lane + COUNT] += 1.0
+
+
+@inline
+def _turn(body: int, radius: float, twist: Any, bodies: Array) -> None:
+    """Let n x J change the spin of a ball."""
+    share = radius * bodies[body + solver_bodies.INVERSE_INERTIA]
+    store(bodies, body + SPIN, add_scaled(load(bodies, body + SPIN), share, twist))
+
+
+@inline
+def _give(body: int, sign: float, time: float, impulse: Any, bodies: Array) -> None:
+    """Let an impulse change the way of a ball."""
+    change = scale(sign * bodies[body + solver_bodies.INVERSE_MASS], impulse)
+    store(bodies, body + VELOCITY, add(load(bodies, body + VELOCITY), change))
+    store(bodies, body + BEGINS, add_scaled(load(bodies, body + BEGINS), -time, change))
+    bodies[body + LAST] = time
+    bodies[body + TIES] = 0.0
+
+
+@inline
+def _hit(lane: int, time: float, rows: Array, bodies: Array) -> None:
+    """Let a pair have the impulse of a round at a time [s]."""
+    body_a, body_b = _bodies(lane, rows)
+    point = lane + constraint.SIZE
+    impulse = wide_lanes.vector(rows, point + OF_ROUND)
+    line, _, _ = _line_and_velocity(lane, time, rows, bodies)
+    wide_lanes.put_vector(rows, point + OF_ROUND, (0.0, 0.0, 0.0))
+    reach = rows[lane + constraint.RADIUS_A] + rows[lane + constraint.RADIUS_B]
+    twist = scale(1.0 / reach, cross(line, impulse))
+    wide_lanes.add_to_vector(rows, point + IMPULSE, 1.0, impulse)
+    wide_lanes.add_to_vector(rows, point + LATE, time, impulse)
+    wide_lanes.add_to_vector(rows, point + TWIST, 1.0, twist)
+    _give(body_a, -1.0, time, impulse, bodies)
+    _give(body_b, 1.0, time, impulse, bodies)
+    _turn(body_a, -rows[lane + constraint.RADIUS_A], twist, bodies)
+    _turn(body_b, -rows[lane + constraint.RADIUS_B], twist, bodies)
+
+
+@kernel
+def _pass_round(
+    time: float, label: float, h: float, threshold: float, batches: Indices, rows: Array,
+    bodies: Array,
+) -> None:  # fmt: skip
+    """Let all impacts of a cluster happen that come at a time [s]."""
+    for stage in range(3):
+        for batch in range(0, len(batches), batch_record.SIZE):
+            if batches[batch + batch_record.KIND] != batch_record.BALLS:
+                continue
+            begin = batches[batch + batch_record.BEGIN]
+            for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
+                body_a, body_b = _bodies(lane, rows)
+                if rows[lane + COUNT] < 0.0 or bodies[body_a + LABEL] != label:
+                    continue
+                point = lane + constraint.SIZE
+                if stage == 2:
+                    impulse = wide_lanes.vector(rows, point + OF_ROUND)
+                    if dot(impulse, impulse) > 0.0:
+                        _hit(lane, time, rows, bodies)
+                elif _next_time(lane, h, rows, bodies) <= time + TIE:
+                    if stage == 0:
+                        bodies[body_a + TIES] += 1.0
+                        bodies[body_b + TIES] += 1.0
+                    else:
+                        _strike(lane, time, threshold, rows, bodies)
+
+
+@inline
+def _keep(lane: int, h: float, rows: Array, bodies: Array) -> None:
+    """Let a pair have its impulses at the end of the tick and nothing else within it."""
+    point = lane + constraint.SIZE
+    rows[point + contact_point.NORMAL_MASS] = 0.0
+    rows[point + contact_point.TANGENT_MASS] = 0.0
+    rows[lane + constraint.WAITS] = LEAST
+    if not rows[lane + COUNT] > 0.0:
+        return
+    impulse = wide_lanes.vector(rows, point + IMPULSE)
+    late, twist = wide_lanes.vector(rows, point + LATE), wide_lanes.vector(rows, point + TWIST)
+    normal = wide_lanes.vector(rows, point + NORMAL)
+    frame = turned_frame(wide_lanes.contact_frame(rows, lane), normal)
+    wide_lanes.put_vector(rows, lane + constraint.NORMAL, frame[0])
+    wide_lanes.put_vector(rows, lane + constraint.TANGENT_1, frame[1])
+    wide_lanes.put_vector(rows, lane + constraint.TANGENT_2, frame[2])
+    press = dot(frame[0], impulse)
+    along = (press, dot(frame[1], impulse), dot(frame[2], impulse))
+    wide_lanes.put_vector(rows, point + contact_point.TOTAL_IMPULSE, along)
+    wide_lanes.put_vector(rows, point + TWIST, (0.0, 0.0, 0.0))
+    wide_lanes.put_vector(rows, point + MISSED, add_scaled(scale(h, impulse), -1.0, late))
+    wide_lanes.put_vector(rows, point + TURNS, twist)
+    rows[lane + constraint.TOUCHED] = 1.0
+    rows[point + contact_point.LARGEST_NORMAL_IMPULSE] = press
+    if rows[lane + constraint.RESTITUTION] > 0.0:  # what else they touch takes part in a bounce
+        body_a, body_b = _bodies(lane, rows)
+        inverse_mass = bodies[body_a + solver_bodies.INVERSE_MASS]
+        inverse_mass += bodies[body_b + solver_bodies.INVERSE_MASS]
+        rows[point + contact_point.APPROACH_VELOCITY] = -press * inverse_mass
+
+
+@kernel
+def follow(
+    width: int, h: float, threshold: float, members: Indices, constraints: Constraints,
+    bodies: Array,
+) -> None:  # fmt: skip
+    """
+    Follow the impacts of the clusters of a group through the tick.
+
+    h         : [s] tick
+    threshold : [m/s] slower impacts do not bounce
+    members   : bodies of the group
+    """
+    batches, rows = constraints.batches, constraints.rows
+    _choose_members(width, members, constraints, bodies)
+    _join_clusters(batches, rows, bodies)
+    _clear_followed(batches, rows, bodies)
+    time, ball = _find_next(h, batches, rows, bodies)
+    while time <= h:
+        _pass_round(time, bodies[ball + LABEL], h, threshold, batches, rows, bodies)
+        time, ball = _find_next(h, batches, rows, bodies)
+    _join_clusters(batches, rows, bodies)
+    for batch in range(0, len(batches), batch_record.SIZE):
+        if batches[batch + batch_record.KIND] != batch_record.BALLS:
+            continue
+        begin = batches[batch + batch_record.BEGIN]
+        for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
+            if _is_followed(lane, rows, bodies):
+                _keep(lane, h, rows, bodies)
+            elif not rows[lane + COUNT] < 0.0:
+                rows[lane + constraint.WAITS] = 0.0
+                if rows[lane + COUNT] > 0.0:
+                    _clear(lane, rows)
+            rows[lane + COUNT] = 0.0
+
+
+@inline
+def is_given_at_the_end(lane: int, rows: Array) -> bool:
+    """Tell whether a lane is one of a cluster whose impacts are followed."""
+    point = lane + constraint.SIZE
+    return bool(
+        rows[lane + constraint.WAITS] > 0.0 and rows[point + contact_point.NORMAL_MASS] == 0.0
+    )
+
+
+@kernel
+def give(batch_count: int, batches: Indices, rows: Array, bodies: Array) -> bool:
+    """Give balls the impulses of their impacts of the tick; tell whether there are any."""
+    found = False
+    for batch in range(0, batch_count * batch_record.SIZE, batch_record.SIZE):
+        if batches[batch + batch_record.KIND] != batch_record.BALLS:
+            continue
+        begin = batches[batch + batch_record.BEGIN]
+        for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
+            if not (is_given_at_the_end(lane, rows) and rows[lane + constraint.TOUCHED] > 0.0):
+                continue
+            normal, tangent_1, tangent_2 = wide_lanes.contact_frame(rows, lane)
+            point = lane + constraint.SIZE
+            given = wide_lanes.vector(rows, point + contact_point.TOTAL_IMPULSE)
+            impulse = wide_lanes.impulse_of(
+                given[0], given[1], given[2], normal, tangent_1, tangent_2
+            )
+            twist = wide_lanes.vector(rows, point + TURNS)
+            body_a, body_b = _bodies(lane, rows)
+            radius_a, radius_b = rows[lane + constraint.RADIUS_A], rows[lane + constraint.RADIUS_B]
+            for body, radius, sign in ((body_a, radius_a, -1.0), (body_b, radius_b, 1.0)):
+                momentum = body + solver_bodies.MOMENTUM
+                turn = body + solver_bodies.ANGULAR_MOMENTUM
+                store(bodies, momentum, add_scaled(load(bodies, momentum), sign, impulse))
+                store(bodies, turn, add_scaled(load(bodies, turn), -radius, twist))
+            found = True
+    return found
+
+
+@inline
+def _position(body: int, bodies: Array) -> Any:
+    """Centre of a ball after the last substep."""
+    place = load(bodies, body + solver_bodies.SUBSTEP_POSITION)
+    moved = add(
+        load(bodies, body + solver_bodies.SUBSTEP_RESIDUAL),
+        load(bodies, body + solver_bodies.DISPLACEMENT),
+    )
+    return place, moved
+
+
+@inline
+def measure(lane: int, rows: Array, bodies: Array) -> None:
+    """
+    Find how far apart the balls of a lane are that have been taken to where they belong, and their
+    arms.
+    """
+    normal = wide_lanes.vector(rows, lane + constraint.NORMAL)
+    arm_a = scale(rows[lane + constraint.RADIUS_A], normal)
+    arm_b = scale(-rows[lane + constraint.RADIUS_B], normal)
+    wide_lanes.put_vector(rows, lane + constraint.SIZE + contact_point.ARM_A, arm_a)
+    wide_lanes.put_vector(rows, lane + constraint.SIZE + contact_point.ARM_B, arm_b)
+    body_a, body_b = _bodies(lane, rows)
+    place_a, moved_a = _position(body_a, bodies)
+    place_b, moved_b = _position(body_b, bodies)
+    line = add(subtract(place_b, place_a), subtract(moved_b, moved_a))
+    reach = rows[lane + constraint.RADIUS_A] + rows[lane + constraint.RADIUS_B]
+    separation = math.sqrt(dot(line, line)) - reach
+    rows[lane + constraint.SIZE + contact_point.SEPARATION] = separation
