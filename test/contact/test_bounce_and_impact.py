@@ -186,6 +186,70 @@ def test_two_balls_that_meet_in_flight_part_as_from_their_instant(draws):
             assert sim.state.position[i] == pytest.approx(place, abs=1e-12)
 
 
+@pytest.mark.parametrize('gap', [1e-4, 2e-3, 4e-3])
+@pytest.mark.parametrize('phase', [0.1, 0.45, 0.8])
+def test_impacts_of_one_tick_come_in_their_order(gap, phase):
+    """
+    Of three balls in a row the first stops, then the second, and the last one leaves with all.
+    """
+    dt, speed, radius = 0.004, 2.0, 0.05
+    material = {'restitution': 1.0, 'friction': 0.3}
+    ahead = (3.0 + phase) * dt * speed
+    places = (-2 * radius - ahead, 0.0, 2 * radius + gap)
+    row = [
+        ball(name, radius, (x, 0, 0), velocity=(speed * (name == 'a'), 0, 0), material=material)
+        for name, x in zip('abc', places, strict=True)
+    ]
+    sim = Simulation(scene(row, dt=dt, gravity=(0, 0, 0)))
+    sim.step(10)
+    assert sim.state.velocity[:3, 0] == pytest.approx([0.0, 0.0, speed], abs=1e-12)
+    ends = (-2 * radius, gap, places[2] + speed * 10 * dt - ahead - gap)
+    assert sim.state.position[:3, 0] == pytest.approx(ends, abs=1e-12)
+
+
+def rack(rows, gap, radius, **kinds):
+    """
+    Balls in a triangle, and for each the one on the other side of the line y = 0.
+    """
+    step, bodies, mirrored = 2 * radius + gap, [], []
+    for row in range(rows):
+        for k in range(row + 1):
+            mirrored.append(len(bodies) + row - 2 * k)
+            place = (row * step * math.sqrt(0.75), (k - row / 2) * step, 0)
+            bodies.append(ball(f'r{len(bodies)}', radius, place, **kinds))
+    return bodies, np.array(mirrored)
+
+
+@pytest.mark.parametrize(
+    ('rows', 'gap', 'speed', 'e', 'mu'),
+    [(2, 0.0, 3.0, 1.0, 0.0), (3, 0.0, 5.0, 0.5, 0.4), (3, 1e-3, 2.0, 0.9, 0.4),
+     (4, 0.0, 2.0, 0.9, 0.1), (3, 5e-3, 8.7, 0.5, 0.1)],
+)  # fmt: skip
+def test_a_break_keeps_momenta_and_the_symmetry_of_its_rack(rows, gap, speed, e, mu):
+    """
+    In the last case what the first ball of the rack runs into is too far to be known in its tick.
+    """
+    radius, material = 0.05, {'restitution': e, 'friction': mu}
+    bodies, mirrored = rack(rows, gap, radius, material=material)
+    cue = ball('cue', radius, (-0.16, 0, 0), velocity=(speed, 0, 0), material=material)
+    sim = Simulation(scene([*bodies, cue], dt=0.004, gravity=(0, 0, 0)))
+    momentum, spin, energy = sim.momentum(), sim.angular_momentum(), [sim.energy()]
+    for _ in range(40):
+        sim.step()
+        energy.append(sim.energy())
+    assert np.diff(energy).max() < 1e-12 * energy[0] and energy[-1] < (1 + 1e-12) * energy[0]
+    assert np.abs(sim.momentum() - momentum).max() < 1e-12 * speed
+    assert np.abs(sim.angular_momentum() - spin).max() < 1e-12 * speed
+    count = len(bodies)
+    assert np.linalg.norm(sim.state.velocity[:count], axis=1).max() > 0.2 * speed
+    for vectors, signs in (
+        (sim.state.velocity, (1, -1, 1)),
+        (sim.state.position, (1, -1, 1)),
+        (sim.state.angular_velocity, (-1, 1, -1)),
+    ):
+        assert vectors[:count] == pytest.approx(vectors[mirrored] * signs, abs=1e-9 * speed)
+
+
 @pytest.mark.parametrize('slip', [1.0, 8.0])
 def test_friction_of_an_impact_sticks_or_slides_as_coulomb_says(slip):
     e, mu, fall = 0.5, 0.2, 4.0

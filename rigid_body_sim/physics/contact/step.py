@@ -329,8 +329,7 @@ def _advance(ticks, tick, h, world):
             world.overlap_limits, constraints.manifolds, constraints.rows, world.overlaps,
         )  # fmt: skip
         evaluated = COUPLED and not VELOCITY_DEPENDENT
-        if BALLS_MEET:
-            give_impacts(motion, touching, constraints, bodies, flows, counts)
+        give_impacts(motion, touching, constraints, bodies, flows, counts)
         if BOUNCES and counts[tick_counts.BATCHES] > 0:
             bound_bounces(
                 now, touching, motion, colliders, constraints, energy, bodies, flows, driven,
@@ -1117,6 +1116,8 @@ def _bound_bounces(
 
 def _give_impacts(motion, touching, constraints, bodies, flows, counts):
     """Give balls the impulses of impacts that were followed before the tick."""
+    if not BALLS_MEET:
+        return
     if FLOWS:
         variable_mass.scale_to_present_mass(flows, bodies)
     found = impact_sequence.give(

@@ -24,7 +24,7 @@ R_A, R_B : [m] radii
 Alone are two balls of which neither has another within h (|w'| + 2 |w| + 2 |w''|), w' the relative
 velocity of the two, w'' the largest of that other with anybody: no impact changes a velocity by
 more than twice the relative one. What cannot move may be that near if its normal is across n, as a
-table is.
+table is. Impacts of balls that may meet several others: see `impact_sequence`.
 """
 
 from __future__ import annotations
@@ -45,6 +45,12 @@ from rigid_body_sim.physics.contact.solver import (
     wide_lanes,
 )
 from rigid_body_sim.physics.contact.solver.constraint import LANES
+from rigid_body_sim.physics.contact.solver.impact_sequence import (
+    ACROSS,
+    LEAST,
+    instant,
+    moves,
+)
 from rigid_body_sim.physics.contact.solver.separation import turned_frame
 from rigid_body_sim.physics.vectors import (
     add,
@@ -57,16 +63,7 @@ from rigid_body_sim.physics.vectors import (
     subtract,
 )
 
-NEWTON = 4  # steps to the instant, from that without acceleration
 NONE, OTHERS = 0.0, -1.0  # in place of a rest of the tick; they meet, and may meet others too
-ACROSS = 1e-4  # [-] cosine of two normals
-LEAST = 1e-12  # [s] rest of the tick: what meets at its end is kept too
-
-
-@inline
-def _moves(body: int, bodies: Array) -> bool:
-    """Tell whether impulses move a body: what hangs on a pivot through its centre counts not."""
-    return bodies[body + solver_bodies.INVERSE_MASS] > solver_bodies.HELD
 
 
 @inline
@@ -191,7 +188,7 @@ def _note_speeds(
     """Note for the bodies of a lane how fast they meet somebody, and what they rest on."""
     speed, bears = _speed(lane, points, width, rows, bodies), _bears(lane, points, width, rows)
     for body in _bodies(lane, rows):
-        if _moves(body, bodies):
+        if moves(body, bodies):
             fastest = body + solver_bodies.FASTEST
             bodies[fastest] = max(bodies[fastest], speed)
             if bears and points == 1:
@@ -205,11 +202,11 @@ def _count_others(
     """Count for bodies that meet somebody whom else they may meet by a lane."""
     body_a, body_b = _bodies(lane, rows)
     for body, other in ((body_a, body_b), (body_b, body_a)):
-        if not bodies[body + solver_bodies.MEETINGS] > 0.0 or not _moves(body, bodies):
+        if not bodies[body + solver_bodies.MEETINGS] > 0.0 or not moves(body, bodies):
             continue
         reach = _speed(lane, points, width, rows, bodies)
         reach += 2.0 * bodies[body + solver_bodies.PAIR_SPEED]
-        if _moves(other, bodies):
+        if moves(other, bodies):
             reach += 2.0 * bodies[other + solver_bodies.FASTEST]
         else:
             normal = wide_lanes.vector(rows, lane + constraint.NORMAL)
@@ -222,27 +219,9 @@ def _count_others(
 @inline
 def _acceleration(body: int, bodies: Array) -> Any:
     """Acceleration of a body until the impact; of what rests on something that of friction."""
-    if not _moves(body, bodies):
+    if not moves(body, bodies):
         return 0.0, 0.0, 0.0
     return load(bodies, body + solver_bodies.FREE_ACCELERATION)
-
-
-@inline
-def _instant(line: Any, velocity: Any, acceleration: Any, reach: float) -> float:
-    """Time until two balls touch [s], NaN: they miss each other; line: d, reach: R_A + R_B."""
-    ahead, speed = dot(line, velocity), dot(velocity, velocity)
-    room = ahead * ahead - speed * (dot(line, line) - reach * reach)
-    if not (ahead < 0.0 and room >= 0.0):
-        return math.nan
-    time = (dot(line, line) - reach * reach) / (math.sqrt(room) - ahead)
-    for _ in range(NEWTON):
-        rate = add_scaled(velocity, time, acceleration)
-        way = add_scaled(line, time, add_scaled(velocity, 0.5 * time, acceleration))
-        slope = 2.0 * dot(way, rate)
-        if not slope < 0.0:
-            return math.nan
-        time -= (dot(way, way) - reach * reach) / slope
-    return time
 
 
 @inline
@@ -256,7 +235,7 @@ def _foresee(lane: int, h: float, rows: Array, bodies: Array) -> Any:
     reach = rows[lane + constraint.RADIUS_A] + rows[lane + constraint.RADIUS_B]
     line, velocity = subtract(arm_a, arm_b), _velocity_apart(body_a, body_b, bodies)
     acceleration = subtract(_acceleration(body_b, bodies), _acceleration(body_a, bodies))
-    time = _instant(line, velocity, acceleration, reach)
+    time = instant(line, velocity, acceleration, reach)
     touches = 0.0 <= time <= h
     if not touches:
         speed = dot(velocity, velocity)
@@ -279,7 +258,7 @@ def _note_meeting(
         return
     rows[lane + constraint.WAITS] = max(h - time, LEAST) if touches else LEAST
     for body in _bodies(lane, rows):
-        if _moves(body, bodies):
+        if moves(body, bodies):
             bodies[body + solver_bodies.PAIR_SPEED] = math.sqrt(dot(met, met))
             store(bodies, body + solver_bodies.MEETS_ALONG, normal)
             bodies[body + solver_bodies.MEETINGS] += 1.0
@@ -293,7 +272,7 @@ def _keep(lane: int, h: float, rows: Array, bodies: Array) -> bool:
         return False
     for body in _bodies(lane, rows):
         # itself is counted too
-        if _moves(body, bodies) and bodies[body + solver_bodies.MEETINGS] != 2.0:
+        if moves(body, bodies) and bodies[body + solver_bodies.MEETINGS] != 2.0:
             touches, _, _, _ = _foresee(lane, h, rows, bodies)
             rows[lane + constraint.WAITS] = OTHERS if touches else NONE
             return False
@@ -376,7 +355,7 @@ def foresee(
                 first = begin + constraint.SIZE
                 prepare.effective_masses(lanes, rows[begin:first], rows[first : first + width])
     if any_others:
-        impact_sequence.follow(width, h, threshold, members, constraints, bodies)
+        impact_sequence.follow(h, threshold, members, constraints, bodies)
     for index in range(len(members)):
         row = members[index] * solver_bodies.SIZE
         store(bodies, row + solver_bodies.DISPLACEMENT, (0.0, 0.0, 0.0))
@@ -468,7 +447,7 @@ def catch_up(
             if not (rows[lane + constraint.WAITS] > 0.0 and rows[lane + constraint.TOUCHED] > 0.0):
                 continue
             body_a, body_b = _bodies(lane, rows)
-            if _moves(body_a, bodies) and _moves(body_b, bodies):
+            if moves(body_a, bodies) and moves(body_b, bodies):
                 late = _late(lane, substep, bounces, rows)
                 rubs = rows[lane + constraint.FRICTION] > 0.0
                 _catch_up(

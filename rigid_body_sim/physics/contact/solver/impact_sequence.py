@@ -43,13 +43,22 @@ from rigid_body_sim.physics.contact.solver import (
     wide_lanes,
 )
 from rigid_body_sim.physics.contact.solver.separation import turned_frame
-from rigid_body_sim.physics.vectors import add, add_scaled, cross, dot, load, scale, store, subtract
+from rigid_body_sim.physics.vectors import (
+    add,
+    add_scaled,
+    cross,
+    dot,
+    load,
+    scale,
+    store,
+    subtract,
+)
 
 NEWTON = 4  # steps to an instant, from that without acceleration
 ACROSS = 1e-4  # [-] cosine of two normals
 LEAST = 1e-12  # [s] rest of the tick: what meets at its end is kept too
 TIE = 1e-10  # [s] what comes within it comes at once
-SLOW = 1e-6  # [m/s] what comes nearer slower does not meet: more leaves overlaps, less takes rounds
+SLOW = 1e-6  # [m/s] what comes nearer slower does not meet; less takes more rounds
 MANY, ROUNDS = 20.0, 200.0  # [-] of a pair, from which more is too slow; at most
 OPEN = 0.1  # [-] of the radii: less overlap is what is left of impacts, and ends in them
 LIGHT = 1e-4  # [m/s] that a load gives in a substep: less is none
@@ -73,7 +82,8 @@ FREE, LEFT, TAKEN = 0.0, 1.0, 2.0  # states; taken: of two that meet alone
 
 
 @inline
-def _moves(body: int, bodies: Array) -> bool:
+def moves(body: int, bodies: Array) -> bool:
+    """Tell whether impulses move a body: what hangs on a pivot through its centre counts not."""
     return bodies[body + solver_bodies.INVERSE_MASS] > solver_bodies.HELD
 
 
@@ -94,8 +104,8 @@ def is_pair(lane: int, rows: Array, bodies: Array) -> bool:
         rows[lane + constraint.ROUNDNESS] == constraint.TWO_BALLS
         and given < LIGHT
         and rows[point + contact_point.INITIAL_SEPARATION] >= -OPEN * reach
-        and _moves(body_a, bodies)
-        and _moves(body_b, bodies)
+        and moves(body_a, bodies)
+        and moves(body_b, bodies)
     )
 
 
@@ -119,7 +129,7 @@ def _note_normal(lane: int, rows: Array, bodies: Array) -> None:
     """Note for the bodies of a lane that is no member what is near to them: one normal at most."""
     normal = wide_lanes.vector(rows, lane + constraint.NORMAL)
     for body in _bodies(lane, rows):
-        if not _moves(body, bodies) or bodies[body + STATE] == TAKEN:
+        if not moves(body, bodies) or bodies[body + STATE] == TAKEN:
             continue
         if bodies[body + HAS_NORMAL] > 0.0:
             along = dot(normal, load(bodies, body + LIES_ON))
@@ -153,7 +163,7 @@ def _begin(body: int, bodies: Array) -> None:
 
 
 @kernel
-def _choose_members(width: int, members: Indices, constraints: Constraints, bodies: Array) -> None:
+def _choose_members(members: Indices, constraints: Constraints, bodies: Array) -> None:
     """Find the pairs whose impacts are followed, and let their balls start."""
     batches, rows = constraints.batches, constraints.rows
     for index in range(len(members)):
@@ -168,8 +178,8 @@ def _choose_members(width: int, members: Indices, constraints: Constraints, bodi
                 body_a, body_b = _bodies(lane, rows)
                 if stage == 0:
                     if of_balls and rows[lane + constraint.WAITS] > 0.0:
-                        bodies[body_a + STATE] = TAKEN if _moves(body_a, bodies) else FREE
-                        bodies[body_b + STATE] = TAKEN if _moves(body_b, bodies) else FREE
+                        bodies[body_a + STATE] = TAKEN if moves(body_a, bodies) else FREE
+                        bodies[body_b + STATE] = TAKEN if moves(body_b, bodies) else FREE
                 elif stage == 1:
                     is_member = of_balls and is_pair(lane, rows, bodies)
                     is_member = is_member and not _state(lane, rows, bodies) == TAKEN
@@ -243,7 +253,7 @@ def _acceleration(body: int, bodies: Array) -> Any:
 
 
 @inline
-def _instant(line: Any, velocity: Any, acceleration: Any, reach: float) -> float:
+def instant(line: Any, velocity: Any, acceleration: Any, reach: float) -> float:
     """Time until two balls touch [s], NaN: they miss each other; line: d, reach: R_A + R_B."""
     ahead, speed = dot(line, velocity), dot(velocity, velocity)
     room = ahead * ahead - speed * (dot(line, line) - reach * reach)
@@ -283,7 +293,7 @@ def _next_time(lane: int, h: float, rows: Array, bodies: Array) -> float:
     since = max(bodies[body_a + LAST], bodies[body_b + LAST])
     line, velocity, acceleration = _line_and_velocity(lane, since, rows, bodies)
     reach = rows[lane + constraint.RADIUS_A] + rows[lane + constraint.RADIUS_B]
-    time = _instant(line, velocity, acceleration, reach)
+    time = instant(line, velocity, acceleration, reach)
     if not since + time <= h:
         return math.inf
     time = since + max(time, 0.0)
@@ -440,9 +450,8 @@ def _keep(lane: int, h: float, rows: Array, bodies: Array) -> None:
 
 @kernel
 def follow(
-    width: int, h: float, threshold: float, members: Indices, constraints: Constraints,
-    bodies: Array,
-) -> None:  # fmt: skip
+    h: float, threshold: float, members: Indices, constraints: Constraints, bodies: Array
+) -> None:
     """
     Follow the impacts of the clusters of a group through the tick.
 
@@ -451,7 +460,7 @@ def follow(
     members   : bodies of the group
     """
     batches, rows = constraints.batches, constraints.rows
-    _choose_members(width, members, constraints, bodies)
+    _choose_members(members, constraints, bodies)
     _join_clusters(batches, rows, bodies)
     _clear_followed(batches, rows, bodies)
     time, ball = _find_next(h, batches, rows, bodies)
