@@ -265,17 +265,25 @@ def _note_meeting(
 
 
 @inline
+def _part(lane: int, h: float, threshold: float, rows: Array, bodies: Array) -> bool:
+    """Note of two balls whether they meet others; tell whether they and others meet."""
+    if rows[lane + constraint.WAITS] > 0.0:
+        for body in _bodies(lane, rows):
+            # itself is counted too
+            if moves(body, bodies) and bodies[body + solver_bodies.MEETINGS] != 2.0:
+                touches, _, _, _ = _foresee(lane, h, rows, bodies)
+                rows[lane + constraint.WAITS] = OTHERS if touches else NONE
+    if _goes_on_to_meet(lane, threshold, rows, bodies):
+        rows[lane + constraint.WAITS] = OTHERS
+    return bool(rows[lane + constraint.WAITS] == OTHERS)
+
+
+@inline
 def _keep(lane: int, h: float, rows: Array, bodies: Array) -> bool:
     """Give a lane of two balls that meet alone the normal of their impact; tell whether it is."""
     point = lane + constraint.SIZE
     if not rows[lane + constraint.WAITS] > 0.0:
         return False
-    for body in _bodies(lane, rows):
-        # itself is counted too
-        if moves(body, bodies) and bodies[body + solver_bodies.MEETINGS] != 2.0:
-            touches, _, _, _ = _foresee(lane, h, rows, bodies)
-            rows[lane + constraint.WAITS] = OTHERS if touches else NONE
-            return False
     touches, _, normal, met = _foresee(lane, h, rows, bodies)
     frame = turned_frame(wide_lanes.contact_frame(rows, lane), normal)
     wide_lanes.put_vector(rows, lane + constraint.NORMAL, frame[0])
@@ -333,7 +341,9 @@ def foresee(
             solver_bodies.RESTS,
         ):  # fmt: skip
             bodies[row + entry] = 0.0
-    for stage in range(4):
+    for stage in range(5):
+        if stage == 4 and any_others:
+            impact_sequence.follow(h, threshold, members, constraints, bodies)
         for batch in range(0, len(batches), batch_record.SIZE):
             begin = batches[batch + batch_record.BEGIN]
             points = batches[batch + batch_record.POINT_COUNT]
@@ -347,15 +357,14 @@ def foresee(
                 elif of_balls and stage == 1 and _is_candidate(lane, ahead, rows, bodies):
                     _note_meeting(lane, h, threshold, rows, bodies)
                 elif of_balls and stage == 3:
+                    any_others = _part(lane, h, threshold, rows, bodies) or any_others
+                elif of_balls and stage == 4:
                     any_kept = _keep(lane, h, rows, bodies) or any_kept
-                    if _goes_on_to_meet(lane, threshold, rows, bodies):
-                        rows[lane + constraint.WAITS] = OTHERS
-                    any_others = any_others or rows[lane + constraint.WAITS] < 0.0
             if any_kept:
                 first = begin + constraint.SIZE
                 prepare.effective_masses(lanes, rows[begin:first], rows[first : first + width])
     if any_others:
-        impact_sequence.follow(h, threshold, members, constraints, bodies)
+        impact_sequence.keep_followed(h, batches, rows, bodies)
     for index in range(len(members)):
         row = members[index] * solver_bodies.SIZE
         store(bodies, row + solver_bodies.DISPLACEMENT, (0.0, 0.0, 0.0))

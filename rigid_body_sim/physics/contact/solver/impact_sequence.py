@@ -10,19 +10,22 @@ from one to the next before anything moves, on parabolas,
 
     x = x_0 + P + V t + a t^2/2,   V <- V + dv,   P <- P - dv t   by an impact at t
 
-each by Newton's law with Coulomb's friction. The balls then pass the tick as if they did not know
-of each other, and are given all impulses at its end, with the way that they have missed. What
-comes at the same instant, as in a rack of balls that touch, comes in rounds: each impact finds the
-velocities with which the round began and a share 1/k of each mass, k of the impacts of that body,
+each by Newton's law, and then Coulomb's. The balls then pass the tick as if they did not know of
+each other, and are given all impulses at its end, with the way that they have missed. What comes
+nearer at the same instant, as two balls that a third one strikes between, comes in a *round*: all
+normals at once, and then all friction,
 
-    J = -(1 + e) v_n / (k_A/m_A + k_B/m_B),   until none comes nearer,
+    v_n' = -e v_n or J_n = 0;   J_t = -v_t/lambda, at most mu J_n
+        J_n <- J_n + (-e v_n - v_n')/(k_A/m_A + k_B/m_B)   until nothing changes (Jacobi)
 
-so that a symmetry stays, momentum too, and no energy is made: a body of which each share had its
-own impulse has more energy than one with their mean.
+k: impacts of the round that a body has part in, each with a share 1/k of its mass, in lambda too.
+So a symmetry stays, momentum too, elastic impacts keep their energy, and friction takes some: a
+body of which each share had its own impulse has more energy than one with their mean. Balls that
+touch come one round later, as in Newton's cradle.
 
 A cluster are balls that move, joined by pairs without a load. It is left to the substeps where one
 has anything else near, unless the normal of that is across to all pairs of it, as a table is;
-where two meet twice at different instants; and where there is no end of it.
+where there are more than MOST pairs; and where there is no end of it.
 
 x_0, a : of the centre at the start of the tick; acceleration without impacts, see `ball_impacts`
 """
@@ -42,6 +45,7 @@ from rigid_body_sim.physics.contact.solver import (
     contact_point,
     wide_lanes,
 )
+from rigid_body_sim.physics.contact.solver.constraint import LANES
 from rigid_body_sim.physics.contact.solver.separation import turned_frame
 from rigid_body_sim.physics.vectors import (
     add,
@@ -60,14 +64,20 @@ LEAST = 1e-12  # [s] rest of the tick: what meets at its end is kept too
 TIE = 1e-10  # [s] what comes within it comes at once
 SLOW = 1e-6  # [m/s] what comes nearer slower does not meet; less takes more rounds
 MANY, ROUNDS = 20.0, 200.0  # [-] of a pair, from which more is too slow; at most
+MOST = 100.0  # [-] pairs of a cluster: more cost too much time
 OPEN = 0.1  # [-] of the radii: less overlap is what is left of impacts, and ends in them
 LIGHT = 1e-4  # [m/s] that a load gives in a substep: less is none
 
+FOLLOWED = -2.0  # in place of a rest of the tick
 # of a lane, while impacts are followed
 COUNT, NO_MEMBER = constraint.BOUNCES, -1.0  # rounds that it had part in
 NORMAL, IMPULSE = contact_point.BEGUN_BEFORE, contact_point.BEGUN  # n of the first, sum of J on B
 LATE, TWIST = contact_point.TOTAL_IMPULSE, contact_point.WARM_NORMAL  # sums of t J, n x J
-OF_ROUND = contact_point.NORMAL_IMPULSE  # J of this round
+OF_ROUND = contact_point.NORMAL_IMPULSE  # J_n of this round, v_n to come, 1; then J_t
+CHANGE = constraint.UNSETTLED  # of J_n, then J_n
+# stages of a round
+BEGIN, FIND_PRESS, PRESS, FIND_FRICTION, RUB = range(5)
+VISITS, SETTLED = 300, 1e-14  # [-] of the pairs of a round, at most; [m/s] what may still change
 # until the tick ends, in place of arms: sums of (h - t) J, and n x J
 MISSED, TURNS = contact_point.ARM_A, contact_point.ARM_B
 # of a body
@@ -77,8 +87,9 @@ BEGINS = solver_bodies.SUBSTEP_POSITION  # P
 LIES_ON = solver_bodies.DISPLACEMENT  # normal of what it rests on or is near to
 LABEL, LAST, TIES = LIES_ON, LIES_ON + 1, LIES_ON + 2  # then: cluster, instant, impacts of a round
 HAS_NORMAL, STATE = solver_bodies.TURN, solver_bodies.TURN + 1
+PAIRS = HAS_NORMAL  # of the cluster that has the label of this body
 HOT = solver_bodies.TURN + 2  # 1: a cluster in which balls meet that may meet others
-FREE, LEFT, TAKEN = 0.0, 1.0, 2.0  # states; taken: of two that meet alone
+FREE, LEFT = 0.0, 1.0  # states
 
 
 @inline
@@ -99,10 +110,10 @@ def is_pair(lane: int, rows: Array, bodies: Array) -> bool:
     body_a, body_b = _bodies(lane, rows)
     point = lane + constraint.SIZE
     reach = rows[lane + constraint.RADIUS_A] + rows[lane + constraint.RADIUS_B]
-    given = rows[point + contact_point.NORMAL_IMPULSE] / rows[point + contact_point.NORMAL_MASS]
+    light = LIGHT * rows[point + contact_point.NORMAL_MASS]
     return bool(
         rows[lane + constraint.ROUNDNESS] == constraint.TWO_BALLS
-        and given < LIGHT
+        and rows[point + contact_point.NORMAL_IMPULSE] < light
         and rows[point + contact_point.INITIAL_SEPARATION] >= -OPEN * reach
         and moves(body_a, bodies)
         and moves(body_b, bodies)
@@ -129,7 +140,7 @@ def _note_normal(lane: int, rows: Array, bodies: Array) -> None:
     """Note for the bodies of a lane that is no member what is near to them: one normal at most."""
     normal = wide_lanes.vector(rows, lane + constraint.NORMAL)
     for body in _bodies(lane, rows):
-        if not moves(body, bodies) or bodies[body + STATE] == TAKEN:
+        if not moves(body, bodies):
             continue
         if bodies[body + HAS_NORMAL] > 0.0:
             along = dot(normal, load(bodies, body + LIES_ON))
@@ -160,6 +171,7 @@ def _begin(body: int, bodies: Array) -> None:
     bodies[body + LABEL] = float(body)
     bodies[body + LAST] = 0.0
     bodies[body + TIES] = 0.0
+    bodies[body + PAIRS] = 0.0
 
 
 @kernel
@@ -170,26 +182,21 @@ def _choose_members(members: Indices, constraints: Constraints, bodies: Array) -
         row = members[index] * solver_bodies.SIZE
         for entry in (HAS_NORMAL, STATE, HOT):
             bodies[row + entry] = 0.0
-    for stage in range(5):
+    for stage in range(4):
         for batch in range(0, len(batches), batch_record.SIZE):
             begin = batches[batch + batch_record.BEGIN]
             of_balls = batches[batch + batch_record.KIND] == batch_record.BALLS
             for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
                 body_a, body_b = _bodies(lane, rows)
                 if stage == 0:
-                    if of_balls and rows[lane + constraint.WAITS] > 0.0:
-                        bodies[body_a + STATE] = TAKEN if moves(body_a, bodies) else FREE
-                        bodies[body_b + STATE] = TAKEN if moves(body_b, bodies) else FREE
-                elif stage == 1:
                     is_member = of_balls and is_pair(lane, rows, bodies)
-                    is_member = is_member and not _state(lane, rows, bodies) == TAKEN
                     rows[lane + COUNT] = 0.0 if is_member else NO_MEMBER
                     if not is_member:
                         _note_normal(lane, rows, bodies)
                 elif of_balls and not rows[lane + COUNT] < 0.0:
-                    if stage == 2:
+                    if stage == 1:
                         _check_across(lane, rows, bodies)
-                    elif stage == 3:
+                    elif stage == 2:
                         _begin(body_a, bodies)
                         _begin(body_b, bodies)
                     elif rows[lane + constraint.WAITS] < 0.0:
@@ -203,7 +210,11 @@ def _is_followed(lane: int, rows: Array, bodies: Array) -> bool:
     if rows[lane + COUNT] < 0.0:
         return False
     body_a, _ = _bodies(lane, rows)
-    return bool(_state(lane, rows, bodies) == FREE and bodies[body_a + HOT] > 0.0)
+    return bool(
+        _state(lane, rows, bodies) == FREE
+        and bodies[body_a + HOT] > 0.0
+        and bodies[int(bodies[body_a + LABEL]) + PAIRS] <= MOST
+    )
 
 
 @inline
@@ -215,15 +226,19 @@ def _clear(lane: int, rows: Array) -> None:
 
 
 @kernel
-def _clear_followed(batches: Indices, rows: Array, bodies: Array) -> None:
-    """Let the pairs begin their sums whose impacts are followed."""
-    for batch in range(0, len(batches), batch_record.SIZE):
-        if batches[batch + batch_record.KIND] != batch_record.BALLS:
-            continue
-        begin = batches[batch + batch_record.BEGIN]
-        for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
-            if _is_followed(lane, rows, bodies):
-                _clear(lane, rows)
+def _begin_clusters(batches: Indices, rows: Array, bodies: Array) -> None:
+    """Count the pairs of each cluster; let those begin their sums whose impacts are followed."""
+    for stage in range(2):
+        for batch in range(0, len(batches), batch_record.SIZE):
+            if batches[batch + batch_record.KIND] != batch_record.BALLS:
+                continue
+            begin = batches[batch + batch_record.BEGIN]
+            for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
+                if stage == 1 and _is_followed(lane, rows, bodies):
+                    _clear(lane, rows)
+                elif stage == 0 and not rows[lane + COUNT] < 0.0:
+                    body_a, _ = _bodies(lane, rows)
+                    bodies[int(bodies[body_a + LABEL]) + PAIRS] += 1.0
 
 
 @kernel
@@ -321,36 +336,86 @@ def _find_next(h: float, batches: Indices, rows: Array, bodies: Array) -> Any:
 
 
 @inline
-def _strike(lane: int, time: float, threshold: float, rows: Array, bodies: Array) -> None:
-    """Find the impulse of a pair at a time [s], with its share of the masses."""
+def _normal(lane: int, time: float, rows: Array, bodies: Array) -> Any:
+    """Normal of a pair at a time [s], its line of centres, and velocity of B less that of A."""
+    line, velocity, _ = _line_and_velocity(lane, time, rows, bodies)
+    return scale(1.0 / math.sqrt(dot(line, line)), line), line, velocity
+
+
+@inline
+def _begin_round(lane: int, time: float, threshold: float, rows: Array, bodies: Array) -> None:
+    """Let a pair have part in a round."""
     body_a, body_b = _bodies(lane, rows)
-    line, centres, _ = _line_and_velocity(lane, time, rows, bodies)
-    normal = scale(1.0 / math.sqrt(dot(line, line)), line)
-    reach = rows[lane + constraint.RADIUS_A] + rows[lane + constraint.RADIUS_B]
-    arm_a = scale(rows[lane + constraint.RADIUS_A] / reach, line)
-    arm_b = scale(-rows[lane + constraint.RADIUS_B] / reach, line)
-    turns_a = cross(load(bodies, body_a + SPIN), arm_a)
-    turns_b = cross(load(bodies, body_b + SPIN), arm_b)
-    velocity = add(centres, subtract(turns_b, turns_a))
-    speed = dot(normal, velocity)
-    ties_a, ties_b = bodies[body_a + TIES], bodies[body_b + TIES]
-    gives_a = ties_a * bodies[body_a + solver_bodies.INVERSE_MASS]
-    gives_b = ties_b * bodies[body_b + solver_bodies.INVERSE_MASS]
-    turn_a = ties_a * bodies[body_a + solver_bodies.INVERSE_INERTIA] * dot(arm_a, arm_a)
-    turn_b = ties_b * bodies[body_b + solver_bodies.INVERSE_INERTIA] * dot(arm_b, arm_b)
-    share = rows[lane + constraint.RESTITUTION] if speed < -threshold else 0.0
-    press = -(1.0 + share) * speed / (gives_a + gives_b)
-    slip = add_scaled(velocity, -speed, normal)
-    rub = 1.0 / (gives_a + gives_b + turn_a + turn_b)
-    size, most = rub * math.sqrt(dot(slip, slip)), rows[lane + constraint.FRICTION] * press
-    rub *= most / size if size > most else 1.0
+    bodies[body_a + TIES] += 1.0
+    bodies[body_b + TIES] += 1.0
+    normal, _, velocity = _normal(lane, time, rows, bodies)
     point = lane + constraint.SIZE
-    wide_lanes.put_vector(rows, point + OF_ROUND, add_scaled(scale(press, normal), -rub, slip))
     if rows[lane + COUNT] == 0.0:
         wide_lanes.put_vector(rows, point + NORMAL, normal)
     elif rows[lane + COUNT] >= ROUNDS:
         _leave(lane, rows, bodies)
     rows[lane + COUNT] += 1.0
+    speed = dot(normal, velocity)
+    share = rows[lane + constraint.RESTITUTION] if speed < -threshold else 0.0
+    wide_lanes.put_vector(rows, point + OF_ROUND, (0.0, -share * speed, 1.0))
+
+
+@inline
+def _yields(lane: int, rows: Array, bodies: Array) -> float:
+    """Velocity that an impulse gives a pair with its shares of the masses [1/kg]."""
+    body_a, body_b = _bodies(lane, rows)
+    of_a = bodies[body_a + TIES] * bodies[body_a + solver_bodies.INVERSE_MASS]
+    return of_a + bodies[body_b + TIES] * bodies[body_b + solver_bodies.INVERSE_MASS]
+
+
+@inline
+def _find_press(lane: int, time: float, rows: Array, bodies: Array) -> float:
+    """
+    Find by how much the impulse of a pair along its normal changes; return what is left of the
+    velocity that it is to have.
+    """
+    point = lane + constraint.SIZE
+    normal, _, velocity = _normal(lane, time, rows, bodies)
+    old, target = rows[point + OF_ROUND], rows[point + OF_ROUND + LANES]
+    wants = target - dot(normal, velocity)
+    new = max(old + wants / _yields(lane, rows, bodies), 0.0)
+    rows[lane + CHANGE] = new - old
+    return abs(new - old) * _yields(lane, rows, bodies)
+
+
+@inline
+def _press(lane: int, time: float, rows: Array, bodies: Array) -> None:
+    """Let a pair have what its impulse along its normal has changed by."""
+    body_a, body_b = _bodies(lane, rows)
+    normal, _, _ = _normal(lane, time, rows, bodies)
+    impulse = scale(rows[lane + CHANGE], normal)
+    rows[lane + constraint.SIZE + OF_ROUND] += rows[lane + CHANGE]
+    _give(body_a, -1.0, time, impulse, bodies)
+    _give(body_b, 1.0, time, impulse, bodies)
+
+
+@inline
+def _find_friction(lane: int, time: float, rows: Array, bodies: Array) -> None:
+    """Find the friction of a pair, with its shares of the masses."""
+    body_a, body_b = _bodies(lane, rows)
+    point = lane + constraint.SIZE
+    normal, line, velocity = _normal(lane, time, rows, bodies)
+    reach = rows[lane + constraint.RADIUS_A] + rows[lane + constraint.RADIUS_B]
+    arm_a = scale(rows[lane + constraint.RADIUS_A] / reach, line)
+    arm_b = scale(-rows[lane + constraint.RADIUS_B] / reach, line)
+    turns_a = cross(load(bodies, body_a + SPIN), arm_a)
+    turns_b = cross(load(bodies, body_b + SPIN), arm_b)
+    velocity = add(velocity, subtract(turns_b, turns_a))
+    slip = add_scaled(velocity, -dot(normal, velocity), normal)
+    turn_a = bodies[body_a + TIES] * bodies[body_a + solver_bodies.INVERSE_INERTIA]
+    turn_b = bodies[body_b + TIES] * bodies[body_b + solver_bodies.INVERSE_INERTIA]
+    yields = _yields(lane, rows, bodies)
+    rub = 1.0 / (yields + turn_a * dot(arm_a, arm_a) + turn_b * dot(arm_b, arm_b))
+    press = rows[point + OF_ROUND]
+    size, most = rub * math.sqrt(dot(slip, slip)), rows[lane + constraint.FRICTION] * press
+    rub *= most / size if size > most else 1.0
+    rows[lane + CHANGE] = press
+    wide_lanes.put_vector(rows, point + OF_ROUND, scale(-rub, slip))
 
 
 @inline
@@ -366,27 +431,73 @@ def _give(body: int, sign: float, time: float, impulse: Any, bodies: Array) -> N
     change = scale(sign * bodies[body + solver_bodies.INVERSE_MASS], impulse)
     store(bodies, body + VELOCITY, add(load(bodies, body + VELOCITY), change))
     store(bodies, body + BEGINS, add_scaled(load(bodies, body + BEGINS), -time, change))
-    bodies[body + LAST] = time
-    bodies[body + TIES] = 0.0
 
 
 @inline
-def _hit(lane: int, time: float, rows: Array, bodies: Array) -> None:
-    """Let a pair have the impulse of a round at a time [s]."""
+def _rub(lane: int, time: float, rows: Array, bodies: Array) -> None:
+    """Let a pair have its friction of a round at a time [s], and sum up what it was given."""
     body_a, body_b = _bodies(lane, rows)
     point = lane + constraint.SIZE
-    impulse = wide_lanes.vector(rows, point + OF_ROUND)
-    line, _, _ = _line_and_velocity(lane, time, rows, bodies)
-    wide_lanes.put_vector(rows, point + OF_ROUND, (0.0, 0.0, 0.0))
+    normal, line, _ = _normal(lane, time, rows, bodies)
+    friction = wide_lanes.vector(rows, point + OF_ROUND)
+    impulse = add_scaled(friction, rows[lane + CHANGE], normal)
     reach = rows[lane + constraint.RADIUS_A] + rows[lane + constraint.RADIUS_B]
-    twist = scale(1.0 / reach, cross(line, impulse))
+    twist = scale(1.0 / reach, cross(line, friction))
     wide_lanes.add_to_vector(rows, point + IMPULSE, 1.0, impulse)
     wide_lanes.add_to_vector(rows, point + LATE, time, impulse)
     wide_lanes.add_to_vector(rows, point + TWIST, 1.0, twist)
-    _give(body_a, -1.0, time, impulse, bodies)
-    _give(body_b, 1.0, time, impulse, bodies)
+    _give(body_a, -1.0, time, friction, bodies)
+    _give(body_b, 1.0, time, friction, bodies)
     _turn(body_a, -rows[lane + constraint.RADIUS_A], twist, bodies)
     _turn(body_b, -rows[lane + constraint.RADIUS_B], twist, bodies)
+    for body in (body_a, body_b):
+        bodies[body + LAST] = time
+        bodies[body + TIES] = 0.0
+    wide_lanes.put_vector(rows, point + OF_ROUND, (0.0, 0.0, 0.0))
+    rows[lane + CHANGE] = 0.0
+
+
+@inline
+def _is_of(label: float, lane: int, rows: Array, bodies: Array) -> bool:
+    """Tell whether a lane of balls is a pair of a cluster."""
+    body_a, _ = _bodies(lane, rows)
+    return bool(not rows[lane + COUNT] < 0.0 and bodies[body_a + LABEL] == label)
+
+
+@kernel
+def _visit(
+    stage: int, time: float, label: float, h: float, threshold: float, batches: Indices,
+    rows: Array, bodies: Array,
+) -> float:  # fmt: skip
+    """
+    Do a stage of a round for all pairs of a cluster; return the largest change of a velocity [m/s]
+    where normals are pressed.
+    """
+    largest = 0.0
+    for batch in range(0, len(batches), batch_record.SIZE):
+        if batches[batch + batch_record.KIND] != batch_record.BALLS:
+            continue
+        begin = batches[batch + batch_record.BEGIN]
+        for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
+            if not _is_of(label, lane, rows, bodies):
+                continue
+            if stage == BEGIN:
+                if _next_time(lane, h, rows, bodies) <= time + TIE:
+                    _begin_round(lane, time, threshold, rows, bodies)
+                continue
+            point = lane + constraint.SIZE
+            is_rubbed = stage == RUB and rows[lane + CHANGE] > 0.0
+            if not (rows[point + OF_ROUND + 2 * LANES] == 1.0 or is_rubbed):
+                continue
+            if stage == FIND_PRESS:
+                largest = max(largest, _find_press(lane, time, rows, bodies))
+            elif stage == PRESS:
+                _press(lane, time, rows, bodies)
+            elif stage == FIND_FRICTION:
+                _find_friction(lane, time, rows, bodies)
+            else:
+                _rub(lane, time, rows, bodies)
+    return largest
 
 
 @kernel
@@ -395,26 +506,14 @@ def _pass_round(
     bodies: Array,
 ) -> None:  # fmt: skip
     """Let all impacts of a cluster happen that come at a time [s]."""
-    for stage in range(3):
-        for batch in range(0, len(batches), batch_record.SIZE):
-            if batches[batch + batch_record.KIND] != batch_record.BALLS:
-                continue
-            begin = batches[batch + batch_record.BEGIN]
-            for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
-                body_a, body_b = _bodies(lane, rows)
-                if rows[lane + COUNT] < 0.0 or bodies[body_a + LABEL] != label:
-                    continue
-                point = lane + constraint.SIZE
-                if stage == 2:
-                    impulse = wide_lanes.vector(rows, point + OF_ROUND)
-                    if dot(impulse, impulse) > 0.0:
-                        _hit(lane, time, rows, bodies)
-                elif _next_time(lane, h, rows, bodies) <= time + TIE:
-                    if stage == 0:
-                        bodies[body_a + TIES] += 1.0
-                        bodies[body_b + TIES] += 1.0
-                    else:
-                        _strike(lane, time, threshold, rows, bodies)
+    _visit(BEGIN, time, label, h, threshold, batches, rows, bodies)
+    for _ in range(VISITS):
+        change = _visit(FIND_PRESS, time, label, h, threshold, batches, rows, bodies)
+        _visit(PRESS, time, label, h, threshold, batches, rows, bodies)
+        if change < SETTLED:
+            break
+    _visit(FIND_FRICTION, time, label, h, threshold, batches, rows, bodies)
+    _visit(RUB, time, label, h, threshold, batches, rows, bodies)
 
 
 @inline
@@ -453,7 +552,7 @@ def follow(
     h: float, threshold: float, members: Indices, constraints: Constraints, bodies: Array
 ) -> None:
     """
-    Follow the impacts of the clusters of a group through the tick.
+    Follow the impacts of the clusters of a group through the tick, before other pairs are kept.
 
     h         : [s] tick
     threshold : [m/s] slower impacts do not bounce
@@ -462,7 +561,7 @@ def follow(
     batches, rows = constraints.batches, constraints.rows
     _choose_members(members, constraints, bodies)
     _join_clusters(batches, rows, bodies)
-    _clear_followed(batches, rows, bodies)
+    _begin_clusters(batches, rows, bodies)
     time, ball = _find_next(h, batches, rows, bodies)
     while time <= h:
         _pass_round(time, bodies[ball + LABEL], h, threshold, batches, rows, bodies)
@@ -474,11 +573,23 @@ def follow(
         begin = batches[batch + batch_record.BEGIN]
         for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
             if _is_followed(lane, rows, bodies):
+                rows[lane + constraint.WAITS] = FOLLOWED
+                continue
+            rows[lane + constraint.WAITS] = max(rows[lane + constraint.WAITS], 0.0)
+            if rows[lane + COUNT] > 0.0:
+                _clear(lane, rows)
+
+
+@kernel
+def keep_followed(h: float, batches: Indices, rows: Array, bodies: Array) -> None:
+    """Let pairs whose impacts were followed have what came of it."""
+    for batch in range(0, len(batches), batch_record.SIZE):
+        if batches[batch + batch_record.KIND] != batch_record.BALLS:
+            continue
+        begin = batches[batch + batch_record.BEGIN]
+        for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
+            if rows[lane + constraint.WAITS] == FOLLOWED:
                 _keep(lane, h, rows, bodies)
-            elif not rows[lane + COUNT] < 0.0:
-                rows[lane + constraint.WAITS] = 0.0
-                if rows[lane + COUNT] > 0.0:
-                    _clear(lane, rows)
             rows[lane + COUNT] = 0.0
 
 
