@@ -272,8 +272,7 @@ class Tick(NamedTuple):
 
 def _advance(ticks, tick, h, world):
     """
-    Let ticks pass, one after the other: the recipe, which Python calls; NaN: no number left. Who
-    helps does parts of them.
+    Let ticks pass: the recipe, which Python calls; NaN: no number left. Who helps does parts.
     """
     if crew.helps(world.crew):
         give_a_hand(tick, h, world)

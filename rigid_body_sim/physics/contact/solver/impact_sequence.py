@@ -121,7 +121,7 @@ def is_pair(lane: int, rows: Array, bodies: Array) -> bool:
 
 
 @inline
-def _state(lane: int, rows: Array, bodies: Array) -> float:
+def _state(lane: int, rows: Array, bodies: Array) -> Any:
     """Return the state of a lane: the larger one of its bodies."""
     body_a, body_b = _bodies(lane, rows)
     return max(bodies[body_a + STATE], bodies[body_b + STATE])
@@ -361,7 +361,7 @@ def _begin_round(lane: int, time: float, threshold: float, rows: Array, bodies: 
 
 
 @inline
-def _yields(lane: int, rows: Array, bodies: Array) -> float:
+def _yields(lane: int, rows: Array, bodies: Array) -> Any:
     """Velocity that an impulse gives a pair with its shares of the masses [1/kg]."""
     body_a, body_b = _bodies(lane, rows)
     of_a = bodies[body_a + TIES] * bodies[body_a + solver_bodies.INVERSE_MASS]
