@@ -250,6 +250,25 @@ def test_a_break_keeps_momenta_and_the_symmetry_of_its_rack(rows, gap, speed, e,
         assert vectors[:count] == pytest.approx(vectors[mirrored] * signs, abs=1e-9 * speed)
 
 
+@pytest.mark.parametrize('draws', [4, pytest.param(60, marks=pytest.mark.long)])
+def test_a_break_is_the_same_in_ticks_and_with_impacts_at_their_instants(draws):
+    rng = np.random.default_rng(500)
+    for _ in range(draws):
+        radius, speed, gap = 0.05, rng.uniform(0.5, 4.0), rng.choice([2e-4, 1e-3, 3e-3])
+        material = {'restitution': rng.choice([0.5, 0.9, 1.0]), 'friction': rng.choice([0.0, 0.2])}
+        bodies, _ = rack(2, gap, radius, material=material)
+        start = (-2 * radius - rng.uniform(0.002, 0.05), rng.uniform(-1, 1) * radius, 0)
+        cue = ball('cue', radius, start, velocity=(speed, 0, 0), material=material)
+        ends = []
+        for mode in ('timestep', 'event'):
+            sim = Simulation(scene([*bodies, cue], dt=0.004, gravity=(0, 0, 0), mode=mode))
+            sim.step(round(0.1 / speed / 0.004) + 25)
+            ends.append(sim.state)
+        for quantity in ('velocity', 'angular_velocity', 'position'):
+            one, other = (getattr(state, quantity) for state in ends)
+            assert one == pytest.approx(other, abs=1e-10)
+
+
 @pytest.mark.parametrize('slip', [1.0, 8.0])
 def test_friction_of_an_impact_sticks_or_slides_as_coulomb_says(slip):
     e, mu, fall = 0.5, 0.2, 4.0
