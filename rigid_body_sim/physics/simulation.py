@@ -509,7 +509,12 @@ class Simulation:
         Rows of fixed bodies are zero. Raises InvalidModel, which names the body, for anything but
         finite numbers, a push on a fixed body, and a torque on a point mass; then nothing changes.
         """
-        self._settle()
+        if self._stepping or self._stepper.undo is not None:
+            self._settle()
+        # a meter, and who follows what is held, have to know of every change
+        if self._commanded and self._stepper.work is None and self._watch is None:
+            if self._held.put_rows_at_once(force, torque, frame):
+                return
         self._held_changed = True  # before it is so: an interrupt may come in between
         self._held.put_rows(force=force, torque=torque, frame=frame)
         if self._watch is not None:

@@ -146,6 +146,20 @@ def _take_rows(given_force, given_torque, scene_index, still, n_rigid, turns, ax
 
 
 @kernel
+def _take_and_put_rows(
+    given_force, given_torque, scene_index, still, n_rigid, axes, force, torque, weights,
+    translation, rotation,
+):  # fmt: skip
+    """Do what `_take_rows` does, in world axes, and at once what `_put_all` does of the rows."""
+    wrong = _take_rows(
+        given_force, given_torque, scene_index, still, n_rigid, 0, axes, force, torque
+    )
+    if wrong == 0:
+        _put_all(force, torque, len(scene_index), n_rigid, weights, translation, rotation)
+    return wrong
+
+
+@kernel
 def _list_turning(forces, torques, n_rigid, table):
     """List the rigid bodies of which something is asked, as `held_body_wrench` has them."""
     count = 0
@@ -189,12 +203,14 @@ class Rows:
     force, torque    : (m, 3) [N], [N m]  core order; world axes, or principal axes
     turns_with_body  : which of the two
     writers          : who writes them into lanes: see `HeldWrenches`
+    take_at_once     : who takes over others and writes them; None: they turn, or no lanes are known
     """
 
     force: Array
     torque: Array
     turns_with_body: bool
     writers: tuple[Any, ...] | None = None
+    take_at_once: Callable[..., Any] | None = None
 
     def acting(self) -> NDArray[np.intp]:
         """Find the bodies of which something is asked."""
@@ -229,7 +245,8 @@ class HeldWrenches:
     touches the bodies commanded since the last one, and no more.
 
     The lone source of a rigid body that asks for other numbers, and for nothing else, has them in
-    their lanes at once (`put_at_once`): that is what a controller does in every tick.
+    their lanes at once (`put_at_once`), and so have all bodies those of rows in world axes that
+    follow such rows (`put_rows_at_once`): that is what a controller does in every tick.
     """
 
     def __init__(self, layout: Layout, gravity: Vector) -> None:
@@ -260,6 +277,7 @@ class HeldWrenches:
         self._turning: dict[int, int] | None = {}  # core index: its row of `_table`; None: look
         self._at_once: dict[tuple[str, str, str], AtOnce] = {}  # by body, source and frame
         self._is_settled = False  # whether lanes and rows are for these slots, whatever they ask
+        self._take_at_once: Callable[..., Any] | None = None  # of rows that are in their lanes
 
     @property
     def slots(self) -> dict[tuple[int, str], Slot]:
@@ -283,7 +301,7 @@ class HeldWrenches:
 
     def _unsettle(self) -> None:
         """Note that slots come or go, or lie elsewhere: none is written at once before `write`."""
-        self._is_settled, self._at_once = False, {}
+        self._is_settled, self._at_once, self._take_at_once = False, {}, None
 
     @property
     def acts(self) -> bool:
@@ -457,6 +475,19 @@ class HeldWrenches:
                 _slots={}, _rows=asked, _sources={}, no_end_before=FOREVER, _is_exact=True
             )  # one call of C: no interrupt comes between
 
+    def put_rows_at_once(self, force: Any, torque: Any, frame: str) -> bool:
+        """
+        Do what `put_rows` does, and write it, where rows in world axes follow such rows; tell
+        whether that was so. False: nothing has changed.
+        """
+        take = self._take_at_once
+        if take is None or frame.__class__ is not str or frame != 'world':
+            return False
+        pushed, turned = self._flat(force), self._flat(torque)
+        if pushed is None or turned is None:
+            return False
+        return take(pushed, turned) == 0  # one call of C: no interrupt comes between
+
     def _make_rows(self, turns: bool) -> tuple[Rows, Callable[..., Any]]:
         """Make what keeps the rows of one kind, and what takes them over, all or none."""
         layout = self._layout
@@ -612,6 +643,7 @@ class HeldWrenches:
             self._unsettle()
         self._table, self._changed = table, set()
         self._is_settled = self._rows is None and self._blocks[0] is not None
+        self._take_at_once = None if self._rows is None else self._rows.take_at_once
 
     def prepare(self, translation: Array, rotation: Array) -> None:
         """Compile what writes the commands to single bodies into these blocks."""
@@ -648,6 +680,7 @@ class HeldWrenches:
         """Do what `_write_all` does, for what is asked of all at once."""
         if asked.writers is None or asked.writers[0] is not translation:
             asked.writers = (translation, *self._writers_of(asked, translation, rotation))
+            asked.take_at_once = self._taker_at_once(asked, translation, rotation)
         _, put, list_turning, table = asked.writers
         put()
         if asked.turns_with_body:
@@ -667,6 +700,21 @@ class HeldWrenches:
         if asked.turns_with_body:
             given = [argument(np.zeros(3 * sizes[0]))] * 2
         return prepared(_put_all, (), (*given, *sizes, *arrays)), listed, table
+
+    def _taker_at_once(
+        self, asked: Rows, translation: Array, rotation: Array
+    ) -> Callable[..., Any] | None:
+        """Make what takes over rows in world axes and writes them into lanes, all or none."""
+        if asked.turns_with_body:
+            return None
+        layout, nothing = self._layout, argument(self._nothing.reshape(-1))
+        arrays = (asked.force, asked.torque, self._weight)
+        last = (
+            argument(layout.moving), argument(self._still), layout.n_rigid,
+            argument(layout.to_principal), *(argument(array.reshape(-1)) for array in arrays),
+            argument(translation), argument(rotation),
+        )  # fmt: skip
+        return prepared(_take_and_put_rows, (nothing, nothing), last)
 
     def _write_bodies(self, changed: set[int], translation: Array, rotation: Array) -> None:
         if not changed:
