@@ -512,9 +512,9 @@ class Simulation:
         if self._stepping or self._stepper.undo is not None:
             self._settle()
         # a meter, and who follows what is held, have to know of every change
-        if self._commanded and self._stepper.work is None and self._watch is None:
-            if self._held.put_rows_at_once(force, torque, frame):
-                return
+        is_told = self._watch is not None or self._stepper.work is not None
+        if self._commanded and not is_told and self._held.put_rows_at_once(force, torque, frame):
+            return
         self._held_changed = True  # before it is so: an interrupt may come in between
         self._held.put_rows(force=force, torque=torque, frame=frame)
         if self._watch is not None:

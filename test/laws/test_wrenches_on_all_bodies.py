@@ -39,6 +39,35 @@ def test_it_is_a_call_for_each_body_to_the_bit(frame):
         assert np.array_equal(at_once.applied_wrench(), one_by_one.applied_wrench())
 
 
+def test_other_rows_in_each_tick_are_other_calls_for_each_body():
+    steady, one_by_one = Simulation(SCENE), Simulation(SCENE)
+    rng = np.random.default_rng(4)
+    for tick in range(24):
+        force, torque = (rows * rng.normal(size=(4, 1)) for rows in (FORCE, TORQUE))
+        if tick % 9 == 8:
+            torque = np.zeros_like(TORQUE)
+        steady.set_wrenches(force=force, torque=torque)
+        with pytest.raises(InvalidModel):  # changes nothing
+            steady.set_wrenches(force=force * np.nan, torque=torque)
+        for i, body in enumerate(SCENE.bodies):
+            if not body.fixed:
+                one_by_one.set_wrench(body.name, force=force[i], torque=torque[i])
+        for simulation in (steady, one_by_one):
+            if tick % 7 == 3:  # one of them alone, and another source
+                simulation.set_wrench('ball', force=(7, 0, 0), frame='body')
+                simulation.hold('plate', 'torque', torque=(0, 0, 1), until=tick + 2)
+            if tick % 5 == 2:
+                simulation.apply_impulse('stone', linear=(1, 0, 0))
+            if tick == 11:
+                kept = simulation.tick, simulation.state_bytes(), simulation.held_slots
+                simulation.restore(tick=kept[0], state=kept[1], slots=kept[2])
+        assert steady.held_slots == one_by_one.held_slots
+        for simulation in (steady, one_by_one):
+            simulation.step(1)
+        assert steady.state_bytes() == one_by_one.state_bytes()
+        assert np.array_equal(steady.applied_wrench(), one_by_one.applied_wrench())
+
+
 def test_it_replaces_what_it_held_and_lets_go_of_all_without_arguments():
     simulation = Simulation(SCENE)
     simulation.set_wrenches(force=FORCE, torque=TORQUE)

@@ -203,7 +203,7 @@ class Rows:
     force, torque    : (m, 3) [N], [N m]  core order; world axes, or principal axes
     turns_with_body  : which of the two
     writers          : who writes them into lanes: see `HeldWrenches`
-    take_at_once     : who takes over others and writes them; None: they turn, or no lanes are known
+    take_at_once     : who takes over others and writes them; None where they turn
     """
 
     force: Array
