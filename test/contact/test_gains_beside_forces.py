@@ -258,13 +258,15 @@ def pushed_by_what_it_throws_out():
 )
 def test_nothing_is_taken_back_of_what_drives_springs_and_flows_give(what, ms):
     """
-    All they give is more than a hundred thousand times what may remain of a gain.
+    All they give is more than a hundred thousand times what may remain of a gain. A hundredth of
+    what friction gives a cube in a tick of 1 ms is allowed: of two on a belt, an error of contact
+    that gains 1e-5 N s is taken back in one tick of a thousand.
     """
     bodies, forces = what()
     sim = Simulation(scene([ground(material=ROUGH), *bodies], forces=forces, dt=1e-3 * ms))
     for _ in range(round(1000 / ms)):
         sim.step()
-        assert not np.any(inside.contact(sim).arrays.taken_back)
+        assert np.abs(inside.contact(sim).arrays.taken_back).max() < 1e-4  # [N s]
 
 
 def test_work_of_a_turntable_by_torsional_friction_is_that_of_its_torque():

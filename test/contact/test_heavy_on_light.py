@@ -119,7 +119,7 @@ def test_what_is_too_heavy_warns_before_it_is_through(seed):
 
 
 def test_a_warning_names_the_pair_and_the_cure():
-    _, failed, warnings = until_it_fails(*arrangement(0, 1e8, gap=MILLIMETRE))
+    _, failed, warnings = until_it_fails(*arrangement(0, 1e9, gap=MILLIMETRE))
     assert failed
     text = next(iter(warnings.values()))
     assert "'heavy'" in text and "'light0'" in text

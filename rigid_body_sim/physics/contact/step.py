@@ -93,6 +93,7 @@ from rigid_body_sim.physics.contact.solver import (
     pair_materials,
     pivots,
     variable_mass,
+    whole_surface,
 )
 from rigid_body_sim.physics.contact.solver.iterations import PASSES
 from rigid_body_sim.physics.contact.solver.softness import Softness
@@ -1089,6 +1090,10 @@ def _bound_bounces(
     waiting.heed_friction(
         batch_count, WIDTH, now.substep, now.substeps, touching, constraints.batches,
         constraints.rows, bodies,
+    )  # fmt: skip
+    whole_surface.link(
+        constraints.order[: counts[tick_counts.MANIFOLDS]], constraints.manifolds,
+        constraints.rows, constraints.scratch,
     )  # fmt: skip
     restitution_bound.keep_momenta(touching, bodies)
     apply_restitution(

@@ -84,9 +84,11 @@ def symmetry_features(kinds: Collection[tuple[int, int]], *, off_center: bool) -
         kinds      : pairs of types that may meet
         off_center : whether a ball is off the centre of mass of a body that moves
     """
+    patches = any(SPHERE not in pair for pair in kinds)
     return {
         'on_rims': any(CYLINDER in pair for pair in kinds),
-        'patches': any(SPHERE not in pair for pair in kinds),
+        'patches': patches,
+        'surfaces': patches or off_center,
         'curved': any(
             set(pair) <= {SPHERE, CAPSULE, CYLINDER} and (pair != (SPHERE, SPHERE) or off_center)
             for pair in kinds

@@ -346,6 +346,22 @@ def _extrapolate(
 
 
 @kernel
+def _limit_shares(lanes: int, to_come: float, points: Array, scratch: Array) -> None:
+    """
+    Let the impulses of a lane with several points go ahead no farther than to where one of them
+    has lost half of itself that would come to nothing: alone, it would turn what moves straight.
+    """
+    for lane in range(lanes):
+        old = points[lane + contact_point.NORMAL_IMPULSE]
+        ahead = scratch[lane + lane_scratch.AHEAD]
+        given = old - to_come * points[lane + contact_point.WARM_NORMAL]
+        loses = points[lane + contact_point.BEGUN_BEFORE] - points[lane + contact_point.BEGUN]
+        comes_to_nothing = (old > 0.0) & (given > 0.0) & (given <= ahead * loses)
+        share = 0.5 * given / (loses if comes_to_nothing else 1.0)
+        scratch[lane + lane_scratch.AHEAD] = share if comes_to_nothing else ahead
+
+
+@kernel
 def _extrapolate_all(
     lanes: int, static: int, width: int, to_come: float, constraints: Constraints, bodies: Array
 ) -> None:
@@ -367,6 +383,9 @@ def _extrapolate_all(
                 island = _island_of(begin + lane, static, rows, constraints.roots)
                 scratch[lane + lane_scratch.AHEAD] = islands[island + unsettled_record.AHEAD]
         first = begin + constraint.SIZE
+        for point in range(point_count if point_count > 1 else 0):
+            points = rows[first + point * width : first + (point + 1) * width]
+            _limit_shares(lanes, to_come, points, scratch)
         for point in range(point_count):
             points = rows[first + point * width : first + (point + 1) * width]
             rubs = point_count == 1 and to_come == 0.0

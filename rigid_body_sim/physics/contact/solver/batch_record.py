@@ -21,7 +21,7 @@ ROOM = 2 * SIZE  # of a batch in the list: once, and once more as scratch while 
 # kinds of batches of a colour: of one point each, what is not round, balls among themselves or on
 # what cannot move, and two layers about cores (`curved_cores`); of several points, those of bodies
 # that have others, and those that are the only ones of theirs (`whole_manifold`)
-MIXED, BALLS, CURVED, SEVERAL_POINTS, LONE = range(5)
+MIXED, BALLS, CURVED, SEVERAL_POINTS, WHOLE = range(5)
 KINDS = 5
 OPEN_BATCHES = KINDS * (COLOURS + 1)  # [-] that may be open at a time
 NONE_OPEN = -1

@@ -66,6 +66,43 @@ def bend_of_turn(normal: Any, turn: Any, scalar: float, omega: Any, inverse_h: f
     return add_scaled(cross(omega, normal), inverse_h, back)
 
 
+@inline
+def find_bends_of_lane(
+    lane: int, turns: bool, layered: bool, inverse_h: float, constraints: Array, scratch: Array
+) -> None:  # fmt: skip
+    """Find the bends of the bodies of one lane: see `find_bends`."""
+    h = 1.0 / inverse_h
+    normal = wide_lanes.vector(constraints, lane + constraint.NORMAL)
+    omega_a, omega_b = wide_lanes.angular_velocities(constraints, scratch, lane, turns)
+    turn_a, scalar_a = turn_over(
+        h, omega_a,
+        wide_lanes.vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_A),
+        lane + constraint.INVERSE_INERTIA_A, constraints, turns,
+    )  # fmt: skip
+    turn_b, scalar_b = turn_over(
+        h, omega_b,
+        wide_lanes.vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_B),
+        lane + constraint.INVERSE_INERTIA_B, constraints, turns,
+    )  # fmt: skip
+    share = 0.0 if constraints[lane + constraint.ROUNDNESS] > constraint.NOT_ROUND else 1.0
+    bend_a = scale(share, bend_of_turn(normal, turn_a, scalar_a, omega_a, inverse_h))
+    bend_b = scale(share, bend_of_turn(normal, turn_b, scalar_b, omega_b, inverse_h))
+    wide_lanes.put_vector(scratch, lane + lane_scratch.BEND_A, bend_a)
+    wide_lanes.put_vector(scratch, lane + lane_scratch.BEND_B, bend_b)
+    if layered:
+        # from the arms, which end midway where both bodies move, to the cores
+        radius_a = constraints[lane + constraint.RADIUS_A]
+        radius_b = constraints[lane + constraint.RADIUS_B]
+        moves_a = constraints[lane + constraint.INVERSE_MASS_A] > 0.0
+        moves_b = constraints[lane + constraint.INVERSE_MASS_B] > 0.0
+        along_a, along_b = dot(normal, bend_a), dot(normal, bend_b)
+        midway = 0.5 if moves_a & moves_b else 0.0
+        scratch[lane + lane_scratch.BEND] = radius_a * along_a + radius_b * along_b
+        scratch[lane + lane_scratch.BEND_BY_GAP] = midway * (
+            (along_a if radius_a > 0.0 else 0.0) + (along_b if radius_b > 0.0 else 0.0)
+        )
+
+
 @kernel
 def find_bends(
     lanes: int, turns: bool, layered: bool, inverse_h: float, constraints: Array, scratch: Array
@@ -76,37 +113,8 @@ def find_bends(
         turns   : whether the inertia of anything turns with it, or changes
         layered : whether anything is a ball or a capsule
     """
-    h = 1.0 / inverse_h
     for lane in range(lanes):
-        normal = wide_lanes.vector(constraints, lane + constraint.NORMAL)
-        omega_a, omega_b = wide_lanes.angular_velocities(constraints, scratch, lane, turns)
-        turn_a, scalar_a = turn_over(
-            h, omega_a,
-            wide_lanes.vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_A),
-            lane + constraint.INVERSE_INERTIA_A, constraints, turns,
-        )  # fmt: skip
-        turn_b, scalar_b = turn_over(
-            h, omega_b,
-            wide_lanes.vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_B),
-            lane + constraint.INVERSE_INERTIA_B, constraints, turns,
-        )  # fmt: skip
-        share = 0.0 if constraints[lane + constraint.ROUNDNESS] > constraint.NOT_ROUND else 1.0
-        bend_a = scale(share, bend_of_turn(normal, turn_a, scalar_a, omega_a, inverse_h))
-        bend_b = scale(share, bend_of_turn(normal, turn_b, scalar_b, omega_b, inverse_h))
-        wide_lanes.put_vector(scratch, lane + lane_scratch.BEND_A, bend_a)
-        wide_lanes.put_vector(scratch, lane + lane_scratch.BEND_B, bend_b)
-        if layered:
-            # from the arms, which end midway where both bodies move, to the cores
-            radius_a = constraints[lane + constraint.RADIUS_A]
-            radius_b = constraints[lane + constraint.RADIUS_B]
-            moves_a = constraints[lane + constraint.INVERSE_MASS_A] > 0.0
-            moves_b = constraints[lane + constraint.INVERSE_MASS_B] > 0.0
-            along_a, along_b = dot(normal, bend_a), dot(normal, bend_b)
-            midway = 0.5 if moves_a & moves_b else 0.0
-            scratch[lane + lane_scratch.BEND] = radius_a * along_a + radius_b * along_b
-            scratch[lane + lane_scratch.BEND_BY_GAP] = midway * (
-                (along_a if radius_a > 0.0 else 0.0) + (along_b if radius_b > 0.0 else 0.0)
-            )
+        find_bends_of_lane(lane, turns, layered, inverse_h, constraints, scratch)
 
 
 @inline

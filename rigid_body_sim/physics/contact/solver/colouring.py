@@ -87,11 +87,15 @@ def _colour_group(
 
 
 @inline
-def _is_lone(record: int, n_moving: int, table: Indices, constraints: Constraints) -> bool:
-    """Tell whether a manifold is the only one of its bodies: they have one colour, if any."""
+def _is_whole(record: int, n_moving: int, table: Indices, constraints: Constraints) -> bool:
+    """
+    Tell whether a manifold is solved as a whole: none of its bodies has more than two, as in a
+    stack; they have no more colours.
+    """
     for place in (manifold_record.COLLIDER_A, manifold_record.COLLIDER_B):
         body = collider_record.solver_body(int(constraints.manifolds[record + place]), table)
         used = constraints.colours[body] if body < n_moving else 0
+        used &= used - 1
         if used & (used - 1):
             return False
     return True
@@ -129,8 +133,8 @@ def _fill_batches(
             kind = batch_record.CURVED
         if points > 1:
             kind = batch_record.SEVERAL_POINTS
-            if _is_lone(record, n_moving, table, constraints):
-                kind = batch_record.LONE
+            if _is_whole(record, n_moving, table, constraints):
+                kind = batch_record.WHOLE
         sort = batch_record.KINDS * colour + kind
         batch = open_batches[sort]
         if (

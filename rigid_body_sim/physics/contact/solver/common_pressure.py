@@ -53,6 +53,7 @@ from rigid_body_sim.physics.contact.solver import (
     pressure_of_face,
     static_sink,
     surface_friction,
+    whole_surface,
     wide_lanes,
 )
 from rigid_body_sim.physics.contact.solver.softness import DEEP, Softness, soften
@@ -143,30 +144,41 @@ def _has_lost(record: int, table: Indices, manifolds: Array, bodies: Array) -> b
 
 
 @kernel
-def _link(lost: bool, order: Indices, table: Indices, manifolds: Array, bodies: Array) -> Any:
+def _link(
+    lost: bool, order: Indices, table: Indices, manifolds: Array, rows: Array, bodies: Array
+) -> Any:
     """
-    Make the list of the manifolds of several points of each body: the first one, and behind each
-    the next (`ghosts` had its own there). Tell whether statics leave something to choose.
+    Make the list of the manifolds of each body, but for those of balls: the first one, and behind
+    each the next (`ghosts` had its own there). Tell whether there may be a surface of several, or
+    statics leave something to choose.
     """
     for index in range(len(order)):
         record = order[index] * manifold_record.SIZE
-        if manifolds[record + manifold_record.POINT_COUNT] > 1.0:
-            body, _ = _owner(record, table, manifolds)
-            bodies[body * solver_bodies.SIZE + solver_bodies.FIRST_MANIFOLD] = NONE
+        body, _ = _owner(record, table, manifolds)
+        bodies[body * solver_bodies.SIZE + solver_bodies.FIRST_MANIFOLD] = NONE
     found = False
     for index in range(len(order)):
         record = order[index] * manifold_record.SIZE
-        if manifolds[record + manifold_record.POINT_COUNT] > 1.0:
-            body, _ = _owner(record, table, manifolds)
-            head = body * solver_bodies.SIZE + solver_bodies.FIRST_MANIFOLD
-            first = bodies[head]
-            found = found or first >= 0.0 or _is_measured(record, manifolds)
-            if lost and _is_line(record, manifolds):
-                found = found or _has_lost(record, table, manifolds, bodies)
-            manifolds[record + manifold_record.NEXT_OF_A] = first
-            manifolds[record + manifold_record.STATE] = 0.0
-            bodies[head] = float(record)
+        if _is_round(record, manifolds, rows):
+            continue
+        body, _ = _owner(record, table, manifolds)
+        head = body * solver_bodies.SIZE + solver_bodies.FIRST_MANIFOLD
+        first = bodies[head]
+        found = found or first >= 0.0 or _is_measured(record, manifolds)
+        if lost and _is_line(record, manifolds):
+            found = found or _has_lost(record, table, manifolds, bodies)
+        manifolds[record + manifold_record.NEXT_OF_A] = first
+        manifolds[record + manifold_record.STATE] = 0.0
+        bodies[head] = float(record)
     return found
+
+
+@inline
+def _is_round(record: int, manifolds: Array, rows: Array) -> bool:
+    """Tell whether a manifold is of a ball, or of layers about cores that meet at one point."""
+    lane = int(manifolds[record + manifold_record.LANE])
+    one_point = manifolds[record + manifold_record.POINT_COUNT] == 1.0
+    return bool(one_point and rows[lane + constraint.ROUNDNESS] > constraint.NOT_ROUND)
 
 
 @kernel
@@ -191,6 +203,17 @@ def _list_surface(
             count += 1
         place = int(manifolds[place + manifold_record.NEXT_OF_A])
     return count
+
+
+@inline
+def _keep_faces(count: int, members: Indices, manifolds: Array) -> int:
+    """Leave in a list what has several points; return how many."""
+    kept = 0
+    for place in range(count):
+        if manifolds[members[place] + manifold_record.POINT_COUNT] > 1.0:
+            members[kept] = members[place]
+            kept += 1
+    return kept
 
 
 @kernel
@@ -700,16 +723,20 @@ def share_pressure(
     manifolds, rows, order = constraints.manifolds, constraints.rows, constraints.order
     members, scratch = constraints.members, constraints.scratch
     scratch[lane_scratch.SHARED] = scratch[lane_scratch.SURFACES] = 0.0
-    if not _link(recalls == WITH_LOST, order, table, manifolds, bodies):
+    scratch[lane_scratch.WHOLE_SURFACES] = 0.0
+    if not _link(recalls == WITH_LOST, order, table, manifolds, rows, bodies):
         return
     for index in range(len(order)):
         record = order[index] * manifold_record.SIZE
-        if (
-            manifolds[record + manifold_record.POINT_COUNT] < 2.0
-            or manifolds[record + manifold_record.STATE] == DONE
-        ):
+        if _is_round(record, manifolds, rows) or manifolds[record + manifold_record.STATE] == DONE:
             continue
         count = _list_surface(record, table, manifolds, rows, bodies, members)
+        if count > 1:
+            whole_surface.chain(count, members, manifolds, rows)
+        count = _keep_faces(count, members, manifolds)
+        if count == 0:
+            continue
+        record = members[0]
         if (
             count > 1
             and _all_lines(count, members, manifolds)
@@ -722,3 +749,4 @@ def share_pressure(
             _press_as_one(
                 count, members, width, softness.h, recalls, colliders, constraints, bodies
             )
+    whole_surface.link(order, manifolds, rows, scratch)

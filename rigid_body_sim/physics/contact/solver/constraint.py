@@ -69,8 +69,14 @@ FAR_SEPARATION = constraint.number('m', 'least of its far points: `far_points`')
 FAR_ARM_A = constraint.number('m', 'longest of their arms on A, with what lies beyond')
 FAR_ARM_B = constraint.number('m', 'the same of B')
 FACES = constraint.number('-', 'whose face the normal belongs to, where it may turn: names below')
+SURFACE = constraint.number('-', 'of several manifolds solved as a whole: names below')
+NEXT_OF_SURFACE = constraint.number('-', 'where the next lane of it is in the rows, 0: none')
+NEXT_SURFACE = constraint.number('-', 'where the first lane of the next surface is, 0: none')
+SURFACE_POINTS = constraint.number('-', 'points of it that are asked')
+SURFACE_CHANGE = constraint.number('N s', 'largest change by it in this pass')
 SIZE = constraint.size
 
 # what is round of a pair
 TWO_BALLS, BALL_ON_FIXED, CURVED, NOT_ROUND, RIM_OF_A, RIM_OF_B = 2.0, 1.0, 0.5, 0.0, -1.0, -2.0
 NO_FACE, FACE_OF_A, FACE_OF_B, TWO_FACES = 0.0, 1.0, 2.0, 3.0
+OF_NO_SURFACE, FIRST_OF_SURFACE, OF_SURFACE = 0.0, 1.0, 2.0

@@ -88,6 +88,7 @@ def _is_far(lane: int, angular: bool, constraints: Array, points: Array) -> bool
     """Tell whether a point of a lane is far, and nothing presses there."""
     if not (
         points[lane + contact_point.SEPARATION] > FAR / DEEP * constraints[lane + constraint.DEEP]
+        and constraints[lane + constraint.SURFACE] == constraint.OF_NO_SURFACE
         and points[lane + contact_point.NORMAL_IMPULSE] == 0.0
         and points[lane + contact_point.TANGENT_IMPULSE_1] == 0.0
         and points[lane + contact_point.TANGENT_IMPULSE_2] == 0.0
@@ -249,4 +250,25 @@ def points_asked(
     near = batches[batch + batch_record.NEAR_COUNT]
     if near < point_count and may_press(lanes, inverse_h, turns, constraints, scratch):
         batches[batch + batch_record.NEAR_COUNT] = near = point_count
+    return near
+
+
+@inline
+def points_pressed(
+    number: int, near: int, used: int, width: int, points: Array, batches: Indices
+) -> Any:
+    """
+    Return how many points of each manifold the visits of a batch ask from now on: all, if one that
+    was not asked presses since manifolds were solved as a whole, which looks at all of them.
+
+        near, used : points asked so far; lanes in use
+        points     : all points of each lane
+    """
+    batch = number * batch_record.SIZE
+    point_count = batches[batch + batch_record.POINT_COUNT]
+    for point in range(near, point_count):
+        row = point * width + contact_point.NORMAL_IMPULSE
+        for lane in range(row, row + used):
+            if points[lane] > 0.0:
+                batches[batch + batch_record.NEAR_COUNT] = near = point_count
     return near

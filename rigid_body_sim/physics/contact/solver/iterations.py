@@ -42,6 +42,7 @@ from rigid_body_sim.physics.contact.solver import (
     surface_friction,
     warm_start,
     whole_manifold,
+    whole_surface,
 )
 
 STARTING_ITERATIONS = 20  # at most, of a batch on which friction of a face starts
@@ -58,6 +59,7 @@ RIMS = slot('[-] whether a cylinder may touch')
 BENDS = slot('[-] whether anything turns but balls about their centres')
 LAYERED = slot('[-] whether anything is a ball or a capsule')
 PATCHES = slot('[-] whether anything may touch at several points')
+SURFACES = slot('[-] whether a body may touch another with several manifolds')
 # of one point of each lane, in batches of one point; where there are several, without friction
 solve_point = slot('kernel (lanes, constraints, points, ...): solves normals, soft')
 solve_normal = slot('kernel (lanes, constraints, points, ...): the same without friction')
@@ -71,13 +73,18 @@ relax_friction = slot('kernel (lanes, constraints, patch, scratch): relaxes fric
 solve_all_in_common = slot('kernel (lanes, used, ...): soft normals, what is common')
 relax_all_in_common = slot('kernel (lanes, used, ...): the same after the motion')
 restore_all_in_common = slot('kernel (lanes, used, ...): the same of restitution')
-solve_as_a_whole = slot('kernel (lanes, used, ...): soft normals of lone manifolds')
+solve_as_a_whole = slot('kernel (lanes, used, ...): soft normals of whole manifolds')
 relax_as_a_whole = slot('kernel (lanes, used, ...): the same after the motion')
 restore_as_a_whole = slot('kernel (lanes, used, ...): the same of restitution')
 sum_up = slot('kernel (lanes, near, ...): sums of what points have in common')
 give_in_common = slot('kernel (lanes, constraints, ...): gives it to them')
-sum_up_whole = slot('kernel (lanes, constraints, ...): sums of the points of lone manifolds')
+sum_up_whole = slot('kernel (lanes, constraints, ...): sums of the points of whole manifolds')
 give_as_a_whole = slot('kernel (lanes, constraints, ...): gives them their impulses')
+solve_surfaces = slot('kernel (number_of_pass, ...): soft normals of surfaces')
+relax_surfaces = slot('kernel (number_of_pass, ...): the same after the motion')
+restore_surfaces = slot('kernel (number_of_pass, ...): the same of restitution')
+visit_normals = slot('kernel (number, lanes, near, ...): soft normals, point by point')
+visit_relaxing = slot('kernel (number, lanes, near, ...): the same after the motion')
 update_points = slot('kernel (lanes, constraints, points, scratch): update separation and arms')
 update_normals = slot('kernel (lanes, constraints, points, scratch): the same without friction')
 
@@ -117,9 +124,9 @@ def _is_curved(number: int, batches: Indices) -> bool:
 
 
 @inline
-def _is_lone(number: int, batches: Indices) -> bool:
+def _is_whole(number: int, batches: Indices) -> bool:
     """Tell whether a batch is one of manifolds that are solved as a whole."""
-    return batches[number * batch_record.SIZE + batch_record.KIND] == batch_record.LONE
+    return batches[number * batch_record.SIZE + batch_record.KIND] == batch_record.WHOLE
 
 
 @inline
@@ -156,13 +163,15 @@ def _as_a_whole(
     lanes: int, used: int, constraints: Array, points: Array, scratch: Array, inverse_h: float,
     slop: float, cap: float,
 ) -> None:  # fmt: skip
-    """Solve the normals of lone manifolds: `whole_manifold`."""
+    """Solve the normals of whole manifolds: `whole_manifold`."""
     whole_manifold.begin(lanes, WIDTH, points, scratch)
     for _ in range(whole_manifold.ROUNDS):
         sum_up_whole(lanes, constraints, points, scratch, inverse_h, slop, cap)
         if not whole_manifold.any_stirs(used, scratch):
             break
         give_as_a_whole(lanes, constraints, points, scratch)
+        if not whole_manifold.any_stirs(used, scratch):
+            break
 
 
 @kernel
@@ -280,6 +289,29 @@ def _prepare(
                 approach.approach_velocities(lanes, threshold, constraints, points, scratch)
 
 
+def _visit_normals(
+    number: int, lanes: int, near: int, inverse_h: float, slop: float, cap: float, rows: Array,
+    scratch: Array, batches: Indices,
+) -> None:  # fmt: skip
+    """Solve the soft normals of the points of a batch, one after the other; near: asked so far."""
+    point_count, first = _points(number, batches)
+    constraints = rows[first - constraint.SIZE : first]
+    point = 0
+    while point < near:
+        points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
+        if PATCHES and point_count > 1:
+            solve_normal(lanes, constraints, points, scratch, inverse_h, slop, cap)
+        else:
+            solve_point(lanes, constraints, points, scratch, inverse_h, slop, cap)
+        if ANGULAR:
+            rolling_friction.limit(lanes, constraints, points, scratch)
+        point += 1
+        if point == near:
+            near = far_points.points_asked(
+                number, lanes, inverse_h, TURNS, constraints, scratch, batches
+            )
+
+
 def _solve_normals(
     lanes_at_once: int, count: int, inverse_h: float, slop: float, cap: float, number_of_pass: int,
     rest: float, step: float, rows: Array, scratch: Array, batches: Indices, bodies: Array,
@@ -293,6 +325,9 @@ def _solve_normals(
     step : [-] see `solve.gather_unsettled`; of passes after the first
     """
     any_changed = False
+    surfaces = SURFACES and whole_surface.any_whole(scratch)
+    if SURFACES and surfaces:
+        solve_surfaces(number_of_pass, inverse_h, slop, cap, rows, scratch, bodies)
     for number in range(count):
         used, lanes = _lanes(number, lanes_at_once, batches)
         point_count, first = _points(number, batches)
@@ -309,9 +344,9 @@ def _solve_normals(
         if near == 0:
             solve.leave_settled(used, constraints)
             continue
-        is_lone = PATCHES and _is_lone(number, batches)
+        is_whole = PATCHES and _is_whole(number, batches)
         points = rows[first : first + MOST * WIDTH]
-        if PATCHES and near > 1 and not is_lone:
+        if PATCHES and near > 1 and not is_whole:
             solve_all_in_common(
                 lanes, used, near, constraints, points, scratch, inverse_h, slop, cap
             )
@@ -319,25 +354,19 @@ def _solve_normals(
             bends.find_bends(lanes, TURNS, LAYERED, inverse_h, constraints, scratch)
         if RIMS:
             rolling_frame.find_bends(used, inverse_h, constraints, scratch, bodies)
-        if is_lone:
+        if is_whole:
             solve_as_a_whole(lanes, used, constraints, points, scratch, inverse_h, slop, cap)
+            near = far_points.points_pressed(number, near, used, WIDTH, points, batches)
             whole_manifold.rest(lanes, WIDTH, False, constraints, points, scratch)
-        point = 0
-        while point < near:
-            points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
-            if PATCHES and point_count > 1:
-                solve_normal(lanes, constraints, points, scratch, inverse_h, slop, cap)
-            else:
-                solve_point(lanes, constraints, points, scratch, inverse_h, slop, cap)
-            if ANGULAR:
-                rolling_friction.limit(lanes, constraints, points, scratch)
-            point += 1
-            if point == near:
-                near = far_points.points_asked(
-                    number, lanes, inverse_h, TURNS, constraints, scratch, batches
-                )
-        if is_lone:
+        if is_whole and not whole_manifold.any_active(lanes, scratch):
+            far_points.points_asked(number, lanes, inverse_h, TURNS, constraints, scratch, batches)
+            whole_manifold.note_presses(lanes, WIDTH, points, scratch)
+        else:
+            visit_normals(number, lanes, near, inverse_h, slop, cap, rows, scratch, batches)
+        if is_whole:
             whole_manifold.resume(lanes, scratch)
+        if surfaces:
+            whole_surface.note_changes(lanes, constraints, scratch)
         if PATCHES and point_count > 1:
             begin, end = _face(first, WIDTH)
             patch = rows[begin:end]
@@ -401,6 +430,32 @@ def _update_separation(
         warm_start.scatter(solver_bodies.MOMENTUM, constraints, scratch, bodies)
 
 
+def _visit_relaxing(
+    number: int, lanes: int, near: int, inverse_h: float, rows: Array, scratch: Array,
+    batches: Indices,
+) -> Any:  # fmt: skip
+    """
+    Relax the points of a batch, one after the other; near: asked so far. Return how many were.
+    """
+    point_count, first = _points(number, batches)
+    constraints = rows[first - constraint.SIZE : first]
+    point = 0
+    while point < near:
+        points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
+        if PATCHES and point_count > 1:
+            relax_normal(lanes, constraints, points, scratch, inverse_h)
+        else:
+            relax_point(lanes, constraints, points, scratch, inverse_h)
+        if ANGULAR:
+            rolling_friction.solve(lanes, constraints, points, scratch)
+        point += 1
+        if point == near:
+            near = far_points.points_asked(
+                number, lanes, inverse_h, TURNS, constraints, scratch, batches
+            )
+    return near
+
+
 def _relax(
     lanes_at_once: int, count: int, inverse_h: float, number_of_pass: int, rest: float,
     step: float, rows: Array, scratch: Array, batches: Indices, bodies: Array,
@@ -415,6 +470,9 @@ def _relax(
     step : [-] see `solve.gather_unsettled`; of passes after the first
     """
     any_changed = False
+    surfaces = SURFACES and whole_surface.any_whole(scratch)
+    if SURFACES and surfaces:
+        relax_surfaces(number_of_pass, inverse_h, 0.0, 0.0, rows, scratch, bodies)
     for number in range(count):
         used, lanes = _lanes(number, lanes_at_once, batches)
         point_count, first = _points(number, batches)
@@ -434,40 +492,36 @@ def _relax(
         if near == 0:
             solve.leave_settled(used, constraints)
             continue
-        is_lone = several and _is_lone(number, batches)
+        is_whole = several and _is_whole(number, batches)
         points = rows[first : first + MOST * WIDTH]
-        if several and near > 1 and not is_lone:
+        if several and near > 1 and not is_whole:
             relax_all_in_common(
                 lanes, used, near, constraints, points, scratch, inverse_h, 0.0, 0.0
             )
         for _ in range(STARTING_ITERATIONS if several else 1):
             if several:
                 patch_friction.find_slide(lanes, constraints, patch, scratch)
-            if is_lone:
+            if is_whole:
                 points = rows[first : first + MOST * WIDTH]
                 relax_as_a_whole(lanes, used, constraints, points, scratch, inverse_h, 0.0, 0.0)
+                near = far_points.points_pressed(number, near, used, WIDTH, points, batches)
                 whole_manifold.rest(lanes, WIDTH, True, constraints, points, scratch)
-            point = 0
-            while point < near:
-                points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
-                if several:
-                    relax_normal(lanes, constraints, points, scratch, inverse_h)
-                else:
-                    relax_point(lanes, constraints, points, scratch, inverse_h)
-                if ANGULAR:
-                    rolling_friction.solve(lanes, constraints, points, scratch)
-                point += 1
-                if point == near:
-                    near = far_points.points_asked(
-                        number, lanes, inverse_h, TURNS, constraints, scratch, batches
-                    )
-            if is_lone:
+            if is_whole and not whole_manifold.any_active(lanes, scratch):
+                near = far_points.points_asked(
+                    number, lanes, inverse_h, TURNS, constraints, scratch, batches
+                )
+                whole_manifold.add_press(lanes, WIDTH, points, scratch)
+            else:
+                near = visit_relaxing(number, lanes, near, inverse_h, rows, scratch, batches)
+            if is_whole:
                 whole_manifold.resume(lanes, scratch)
             if several:
                 _measure_anew(lanes, used, near, first, WIDTH, rows, scratch)
                 relax_friction(lanes, constraints, patch, scratch)
                 if not patch_friction.any_starts(used, scratch):
                     break
+        if surfaces:
+            whole_surface.note_changes(lanes, constraints, scratch)
         points = rows[first : first + WIDTH]
         any_changed = solve.mark_unsettled(used, rest, constraints, points, scratch) or any_changed
         solve.mark_touched(used, constraints)
@@ -510,6 +564,8 @@ def _apply_restitution(
     """Apply restitution to all batches until nothing changes."""
     for _ in range(RESTITUTION_ITERATIONS):
         change = 0.0
+        if SURFACES:
+            restore_surfaces(0, 0.0, 0.0, 0.0, rows, scratch, bodies)
         for number in range(count):
             used, lanes = _lanes(number, lanes_at_once, batches)
             point_count, first = _points(number, batches)
@@ -517,7 +573,7 @@ def _apply_restitution(
             solve.gather_momenta(lanes, constraints, scratch, bodies)
             if PATCHES and point_count > 1:
                 points = rows[first : first + MOST * WIDTH]
-                if _is_lone(number, batches):
+                if _is_whole(number, batches):
                     restore_as_a_whole(lanes, used, constraints, points, scratch, 0.0, 0.0, 0.0)
                 else:
                     restore_all_in_common(
@@ -537,6 +593,8 @@ def _apply_restitution(
                     friction_patch.RESTITUTION_1, True, rows, scratch,
                 )  # fmt: skip
                 patch_friction.apply_restitution(lanes, constraints, patch, scratch)
+            if SURFACES:
+                whole_surface.note_changes(lanes, constraints, scratch)
             solve.scatter_momenta(constraints, scratch, bodies)
             for lane in range(used):
                 change = max(change, scratch[lane_scratch.LARGEST_CHANGE + lane])
@@ -581,20 +639,21 @@ def _spread_friction(
 
 def solver(
     *, width: int, angular: bool, bounces: bool, turns: bool, arcs: bool, on_rims: bool,
-    layered: bool, patches: bool, curved: bool,
+    layered: bool, patches: bool, surfaces: bool, curved: bool,
 ) -> dict[str, Any]:  # fmt: skip
     """
     Make the passes of a scene, by name.
 
-        width   : numbers of a point
-        angular : whether anything rolls or twists with friction
-        bounces : whether anything bounces
-        turns   : whether some inertia changes with the attitude: not of balls and cubes alone
-        arcs    : whether anything turns but balls about their centres: `bends`
-        on_rims : whether a cylinder may touch: `rolling_frame`
-        layered : whether anything is a ball or a capsule
-        patches : whether anything may touch at several points
-        curved  : whether layers about cores may meet: `curved_cores`
+        width    : numbers of a point
+        angular  : whether anything rolls or twists with friction
+        bounces  : whether anything bounces
+        turns    : whether some inertia changes with the attitude: not of balls and cubes alone
+        arcs     : whether anything turns but balls about their centres: `bends`
+        on_rims  : whether a cylinder may touch: `rolling_frame`
+        layered  : whether anything is a ball or a capsule
+        patches  : whether anything may touch at several points
+        surfaces : whether a body may touch another with several manifolds
+        curved   : whether layers about cores may meet: `curved_cores`
     """
     offered = {
         'WIDTH': width,
@@ -603,6 +662,7 @@ def solver(
         'TURNS': turns,
         'RIMS': on_rims,
         'PATCHES': patches,
+        'SURFACES': surfaces,
         'CURVED': curved,
         'BENDS': arcs,
         'LAYERED': layered,
@@ -626,11 +686,19 @@ def solver(
         sums, gives = whole_manifold.visit(
             kind, width, turns=turns, arcs=arcs, layered=layered, on_rims=on_rims
         )
+        offered[f'{kind}_surfaces'] = whole_surface.visit(
+            kind, width, turns=turns, arcs=arcs, layered=layered, on_rims=on_rims
+        )
         offered[f'{kind}_as_a_whole'] = specialise(
             _as_a_whole, name=f'{kind}_{width}', sum_up_whole=sums, give_as_a_whole=gives,
             WIDTH=width,
         )  # fmt: skip
     offered['relax_friction'] = patch_friction.relaxation(turns=turns)
+    for slot_name, source in {
+        'visit_normals': _visit_normals,
+        'visit_relaxing': _visit_relaxing,
+    }.items():
+        offered[slot_name] = specialise(source, name=f'{width}', inlined=True, offered=offered)
     passes = {
         'prepare': _prepare,
         'solve_normals': _solve_normals,

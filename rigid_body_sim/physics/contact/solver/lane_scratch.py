@@ -69,4 +69,9 @@ LINE_B = scratch.vector('-', 'the same of B')
 CURVED = scratch.number('-', '1: the normal is that of two cores: `curved_cores`')
 SHARED = scratch.number('-', 'lane 0: 1: manifolds of the group are as soft as one: `softness`')
 SURFACES = scratch.number('-', 'lane 0: 1: manifolds of the group have one friction in this tick')
+WHOLE_WEIGHS = scratch.number('-', 'how its points are weighed in a round: `whole_manifold`')
+WHOLE_MOST = scratch.number('N s', 'their largest impulse so far')
+WHOLE_SURFACES = scratch.number(
+    '-', 'lane 0: first lane of the first surface in the rows, 0: none'
+)
 SIZE = scratch.size

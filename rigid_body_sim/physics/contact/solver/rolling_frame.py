@@ -177,34 +177,40 @@ def _turns_about(body: int, layer: float, bodies: Array) -> bool:
     return bodies[body + solver_bodies.SYMMETRY] == ABOUT_AXIS and layer == 0.0
 
 
+@inline
+def find_bends_of_lane(
+    lane: int, inverse_h: float, constraints: Array, scratch: Array, bodies: Array
+) -> None:
+    """Find the bends of the bodies of revolution of one lane: see `find_bends`."""
+    whose = constraints[lane + constraint.ROUNDNESS]
+    scratch[lane + lane_scratch.RIM_ROLLS] = 0.0
+    if whose > constraint.NOT_ROUND:
+        return
+    normal = wide_lanes.vector(constraints, lane + constraint.NORMAL)
+    for of_a in (True, False):
+        body = int(constraints[lane + (constraint.BODY_A if of_a else constraint.BODY_B)])
+        layer = lane + (constraint.RADIUS_A if of_a else constraint.RADIUS_B)
+        if not _turns_about(body, constraints[layer], bodies):
+            continue
+        inverse = lane + (constraint.INVERSE_INERTIA_A if of_a else constraint.INVERSE_INERTIA_B)
+        momentum = lane + (
+            lane_scratch.ANGULAR_MOMENTUM_A if of_a else lane_scratch.ANGULAR_MOMENTUM_B
+        )
+        bend, rolls = _bend(
+            body, normal, wide_lanes.vector(scratch, momentum),
+            wide_lanes.symmetric(constraints, inverse),
+            whose == (constraint.RIM_OF_A if of_a else constraint.RIM_OF_B), inverse_h, bodies,
+        )  # fmt: skip
+        place = lane + (lane_scratch.BEND_A if of_a else lane_scratch.BEND_B)
+        wide_lanes.put_vector(scratch, place, bend)
+        if rolls:
+            scratch[lane + lane_scratch.RIM_ROLLS] = 1.0
+
+
 @kernel
 def find_bends(
     used: int, inverse_h: float, constraints: Array, scratch: Array, bodies: Array
 ) -> None:
     """Find the bends of the bodies of revolution of a batch, and which roll on a rim."""
     for lane in range(used):
-        whose = constraints[lane + constraint.ROUNDNESS]
-        scratch[lane + lane_scratch.RIM_ROLLS] = 0.0
-        if whose > constraint.NOT_ROUND:
-            continue
-        normal = wide_lanes.vector(constraints, lane + constraint.NORMAL)
-        for of_a in (True, False):
-            body = int(constraints[lane + (constraint.BODY_A if of_a else constraint.BODY_B)])
-            layer = lane + (constraint.RADIUS_A if of_a else constraint.RADIUS_B)
-            if not _turns_about(body, constraints[layer], bodies):
-                continue
-            inverse = lane + (
-                constraint.INVERSE_INERTIA_A if of_a else constraint.INVERSE_INERTIA_B
-            )
-            momentum = lane + (
-                lane_scratch.ANGULAR_MOMENTUM_A if of_a else lane_scratch.ANGULAR_MOMENTUM_B
-            )
-            bend, rolls = _bend(
-                body, normal, wide_lanes.vector(scratch, momentum),
-                wide_lanes.symmetric(constraints, inverse),
-                whose == (constraint.RIM_OF_A if of_a else constraint.RIM_OF_B), inverse_h, bodies,
-            )  # fmt: skip
-            place = lane + (lane_scratch.BEND_A if of_a else lane_scratch.BEND_B)
-            wide_lanes.put_vector(scratch, place, bend)
-            if rolls:
-                scratch[lane + lane_scratch.RIM_ROLLS] = 1.0
+        find_bends_of_lane(lane, inverse_h, constraints, scratch, bodies)

@@ -118,7 +118,7 @@ def _fetch_momenta(constraints: Array, scratch: Array, bodies: Array) -> None:
 
 
 @inline
-def _begin_lane(lane: int, constraints: Array, scratch: Array) -> None:
+def begin_lane(lane: int, constraints: Array, scratch: Array) -> None:
     """Find the relative velocity of the bodies of a lane, and begin its sums."""
     inverse_mass_a = constraints[lane + constraint.INVERSE_MASS_A]
     inverse_mass_b = constraints[lane + constraint.INVERSE_MASS_B]
@@ -137,7 +137,7 @@ def gather_momenta(lanes: int, constraints: Array, scratch: Array, bodies: Array
     """Fetch the momenta of the bodies of a batch; what empty lanes hold does not matter."""
     _fetch_momenta(constraints, scratch, bodies)
     for lane in range(lanes):
-        _begin_lane(lane, constraints, scratch)
+        begin_lane(lane, constraints, scratch)
         scratch[lane + lane_scratch.ACTIVE] = 1.0
         scratch[lane + lane_scratch.VISITED] = 1.0
 
@@ -156,7 +156,7 @@ def gather_unsettled(
     """
     _fetch_momenta(constraints, scratch, bodies)
     for lane in range(lanes):
-        _begin_lane(lane, constraints, scratch)
+        begin_lane(lane, constraints, scratch)
         goes_on = constraints[lane + constraint.UNSETTLED] > 0.0
         whose = constraints[lane + constraint.ROUNDNESS]
         of_balls = (whose == constraint.TWO_BALLS) | (whose == constraint.BALL_ON_FIXED)

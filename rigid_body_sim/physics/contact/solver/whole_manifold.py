@@ -1,8 +1,9 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Normals of a manifold that is the only one of its bodies, solved as a whole before its points are
-visited one by one: so a motion that has a plane of symmetry keeps it.
+Normals of a manifold of bodies that have no more than two, solved as a whole before its points
+are visited one by one: so a motion that has a plane of symmetry keeps it, and a stack that is put
+down flat stays flat.
 
 Sequential impulses give a body that lands on an edge a turn with the first point and take it back
 with the other, to the tolerance of the iteration. The points of a manifold are those of two rigid
@@ -24,11 +25,13 @@ of rigid motions). t <= 1 is the share at which the first impulse comes to 0: so
 takes energy from the bodies that it gives back (the method of active sets; Nocedal and Wright,
 Numerical Optimization, 2006, section 16.5). What then has no impulse and would be given less is
 dropped, and the rest is solved again, ROUNDS times at most. Points that lie on a line have no
-psi across it.
+psi across it. Where a change would let one point go before the others, it is first tried with
+psi(i) times J_i: so what lets go does so at all points at once.
 
-Where a body has several manifolds, they are solved one after the other, and no symmetry is kept
-beyond the tolerance of the passes: there it does to solve what is common (`common_impulse`). Piles
-would cost a fifth more by this, and come to rest no sooner.
+Manifolds are solved one after the other. Where each one gives its bodies no turn, none of them
+turns, however far the passes go. Several that are one surface are solved together
+(`whole_surface`). Of other bodies with three and more, only what is common is solved
+(`common_impulse`): heaps of hulls would cost a twelfth more by this, and come to rest no sooner.
 """
 
 from __future__ import annotations
@@ -43,6 +46,7 @@ from rigid_body_sim.physics.contact.solver import (
     bends,
     constraint,
     contact_point,
+    far_points,
     lane_scratch,
     wide_lanes,
 )
@@ -56,11 +60,14 @@ from rigid_body_sim.physics.vectors import (
 )
 
 STILL = 1e-12  # [m/s] r below which nothing is solved
-ROUNDS = 4  # of active sets, at most: what is left then, the next pass does
+ROUNDS = 6  # of active sets, at most: what is left then, the next pass does
 POINT = 1e-16  # [m^2] of the sum of squares: points that are no farther apart are one
 LINE = 1e-12  # [-] of the sum of squares along one tangent: less along the other is none
-ROUNDING = 1e-9  # [-] of an impulse: what is left of it where it comes to nothing
+ROUNDING = 1e-9  # [-] of an impulse, with what is to come: what is left where it comes to nothing
 SINGULAR = 1e-12  # [-] of its entry: a pivot that is no larger is none
+
+# how points are weighed in a round; in this visit nothing is left
+ALIKE, BY_IMPULSE, ALIKE_AGAIN, DONE = 0.0, 1.0, 2.0, 3.0
 
 SOFT = slot('[-] whether overlaps are soft, before the motion')
 BOUNCING = slot('[-] whether it is the impulse of restitution')
@@ -81,6 +88,8 @@ def begin(lanes: int, width: int, points: Array, scratch: Array) -> None:
     """Begin a visit: all points of each lane may take part."""
     for lane in range(lanes):
         scratch[lane + lane_scratch.WHOLE_ACTIVE] = scratch[lane + lane_scratch.ACTIVE]
+        scratch[lane + lane_scratch.WHOLE_WEIGHS] = ALIKE
+        scratch[lane + lane_scratch.WHOLE_MOST] = 1.0
     for row in range(contact_point.DROPPED, manifold.MOST * width, width):
         for lane in range(lanes):
             points[row + lane] = 0.0
@@ -118,6 +127,33 @@ def rest(
             visited = visited | _is_lifted(lane, width, points, scratch)
         if not visited:
             scratch[lane + lane_scratch.ACTIVE] = 0.0
+
+
+@inline
+def any_active(lanes: int, scratch: Array) -> bool:
+    """Tell whether visits of the points would change any lane."""
+    found = False
+    for lane in range(lanes):
+        found = found or scratch[lane + lane_scratch.ACTIVE] > 0.0
+    return found
+
+
+@inline
+def note_presses(lanes: int, width: int, points: Array, scratch: Array) -> None:
+    """Note which lanes press, as visits of their points do."""
+    for row in range(contact_point.NORMAL_IMPULSE, manifold.MOST * width, width):
+        for lane in range(lanes):
+            presses = points[row + lane] > 0.0
+            before = scratch[lane + lane_scratch.PRESSES]
+            scratch[lane + lane_scratch.PRESSES] = 1.0 if presses else before
+
+
+@inline
+def add_press(lanes: int, width: int, points: Array, scratch: Array) -> None:
+    """Add up what presses on each lane, as visits of its points do."""
+    for row in range(contact_point.NORMAL_IMPULSE, manifold.MOST * width, width):
+        for lane in range(lanes):
+            scratch[lane + lane_scratch.PRESS] += points[row + lane]
 
 
 @inline
@@ -189,7 +225,7 @@ def _law(
 
 
 @inline
-def _find_motion(lane: int, turns: bool, constraints: Array, scratch: Array) -> Any:
+def find_motion(lane: int, turns: bool, constraints: Array, scratch: Array) -> Any:
     """
     Return how a lane moves along its normal: its centres [m/s], and n x omega of A and B, which is
     what an arm gives [rad/s].
@@ -221,7 +257,7 @@ def _sums_of(
     Return what a point adds to the sums of its lane: 1, x, y, x^2, xy, y^2; r, r x, r y; c and the
     same of it. Nothing where it takes no part.
 
-    motion : of the lane: see `_find_motion`
+    motion : of the lane: see `find_motion`
     """
     row = lane + point * WIDTH
     x, y = _place(row, lane, constraints, points)
@@ -229,20 +265,26 @@ def _sums_of(
     velocity = motion[0] + (dot(motion[2], arm_b) - dot(motion[1], arm_a))
     found = law(constraints, points, scratch, lane, row, velocity, inverse_h, slop, cap)
     takes_part = found[2]
-    share = 1.0 if takes_part else 0.0
+    share = 1.0
+    if scratch[lane + lane_scratch.WHOLE_WEIGHS] == BY_IMPULSE:
+        most = scratch[lane + lane_scratch.WHOLE_MOST]
+        share = impulse_so_far(row, points, SOFT, BOUNCING) / most
+    share = share if takes_part else 0.0
     points[row + contact_point.TAKES_PART] = share
-    x, y = share * x, share * y
-    r = found[0] if takes_part else 0.0
+    along_x, along_y = share * x, share * y
+    r = share * found[0] if takes_part else 0.0
     if SOFT:
-        c = found[1] if takes_part else 0.0
+        c = share * (share * found[1]) if takes_part else 0.0
         soft = c, c * x, c * y, c * (x * x), c * (x * y), c * (y * y)
     else:
         soft = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    return (share, x, y, x * x, x * y, y * y), (r, r * x, r * y), soft
+    return (
+        (share, along_x, along_y, along_x * x, along_x * y, along_y * y), (r, r * x, r * y), soft
+    )  # fmt: skip
 
 
 @inline
-def _added_six(one: Any, two: Any) -> Any:
+def added_six(one: Any, two: Any) -> Any:
     """Add six numbers to six."""
     return (
         one[0] + two[0], one[1] + two[1], one[2] + two[2],
@@ -253,11 +295,11 @@ def _added_six(one: Any, two: Any) -> Any:
 @inline
 def _added(sums: Any, more: Any) -> Any:
     """Add the sums of points."""
-    return _added_six(sums[0], more[0]), add(sums[1], more[1]), _added_six(sums[2], more[2])
+    return added_six(sums[0], more[0]), add(sums[1], more[1]), added_six(sums[2], more[2])
 
 
 @inline
-def _stirs(places: Any, drives: Any) -> Any:
+def stirs(places: Any, drives: Any) -> Any:
     """Tell whether what moves the points that take part is more than STILL."""
     count = places[0]
     share = 1.0 / (count if count > 1.0 else 1.0)
@@ -278,14 +320,16 @@ def _sum_up(
     points : all points of each lane; what it has not, has no mass
     """
     for lane in range(lanes):
-        motion = _find_motion(lane, TURNS, constraints, scratch)
+        motion = find_motion(lane, TURNS, constraints, scratch)
         one = sums_of(0, lane, motion, constraints, points, scratch, inverse_h, slop, cap)
         two = sums_of(1, lane, motion, constraints, points, scratch, inverse_h, slop, cap)
         three = sums_of(2, lane, motion, constraints, points, scratch, inverse_h, slop, cap)
         four = sums_of(3, lane, motion, constraints, points, scratch, inverse_h, slop, cap)
         places, drives, soft = _added(_added(_added(one, two), three), four)
-        stirs = _stirs(places, drives) & (scratch[lane + lane_scratch.ACTIVE] > 0.0)
-        scratch[lane + lane_scratch.WHOLE_STIRS] = 1.0 if stirs else 0.0
+        moves = stirs(places, drives) & (scratch[lane + lane_scratch.ACTIVE] > 0.0)
+        # also if others go on: what a lane does must not depend on them
+        moves = moves & (scratch[lane + lane_scratch.WHOLE_WEIGHS] != DONE)
+        scratch[lane + lane_scratch.WHOLE_STIRS] = 1.0 if moves else 0.0
         wide_lanes.put_vector(scratch, lane + lane_scratch.WHOLE_PLACES, places[:3])
         wide_lanes.put_vector(scratch, lane + lane_scratch.WHOLE_SQUARES, places[3:])
         wide_lanes.put_vector(scratch, lane + lane_scratch.WHOLE_DRIVES, drives)
@@ -349,7 +393,7 @@ def _response(
     arms = _added_arms(arms, _arms_of(lane + 3 * width, lane, middle, constraints, points))
     normal = wide_lanes.vector(constraints, lane + constraint.NORMAL)
     row_a, row_b = lane + constraint.INVERSE_INERTIA_A, lane + constraint.INVERSE_INERTIA_B
-    return _added_six(
+    return added_six(
         _response_of(row_a, turns, normal, arms[:3], constraints),
         _response_of(row_b, turns, normal, arms[3:], constraints),
     )
@@ -398,20 +442,52 @@ def _changes(lane: int, constraints: Array, points: Array, scratch: Array) -> An
     )
     b_00, b_01, b_02, b_11, b_12, b_22 = _response(lane, TURNS, WIDTH, (x, y), constraints, points)
     b_00 += count * count * inverse_mass
+    m = b_00, b_01, b_02, b_11, b_12, b_22
     if SOFT:
-        c, c_x, c_y = wide_lanes.vector(scratch, lane + lane_scratch.WHOLE_SOFTNESS)
-        c_xx, c_xy, c_yy = wide_lanes.vector(scratch, lane + lane_scratch.WHOLE_SOFT_SQUARES)
-        b_00, b_01, b_02 = b_00 + c, b_01 + (c_x - x * c), b_02 + (c_y - y * c)
-        b_11 += c_xx - x * (2.0 * c_x - x * c)
-        b_12 += c_xy - x * c_y - y * (c_x - x * c)
-        b_22 += c_yy - y * (2.0 * c_y - y * c)
+        soft = wide_lanes.vector(scratch, lane + lane_scratch.WHOLE_SOFTNESS)
+        soft_squares = wide_lanes.vector(scratch, lane + lane_scratch.WHOLE_SOFT_SQUARES)
+        m = added_six(m, soft_about_middle(soft, soft_squares, x, y))
+    spread = s_xx - x * s_x, s_yy - y * s_y
+    return change_from(spread, (r, r_x, r_y), m, (x, y), stirs)
+
+
+@inline
+def soft_about_middle(sums: Any, squares: Any, x: float, y: float) -> Any:
+    """
+    Return C: 00, 01, 02, 11, 12, 22.
+
+        sums, squares : of c times 1, x, y; and times x^2, xy, y^2
+        x, y          : middle of what takes part
+    """
+    c, c_x, c_y = sums
+    c_xx, c_xy, c_yy = squares
+    return (
+        c, c_x - x * c, c_y - y * c,
+        c_xx - x * (2.0 * c_x - x * c),
+        c_xy - x * c_y - y * (c_x - x * c),
+        c_yy - y * (2.0 * c_y - y * c),
+    )  # fmt: skip
+
+
+@inline
+def change_from(spread: Any, drives: Any, m: Any, middle: Any, stirs: bool) -> Any:
+    """
+    Return the change of points: at their origin, and along the two tangents per way from there;
+    zeros where nothing stirs.
+
+        spread : sums of the squares of the ways from the middle along the tangents [m^2]
+        drives : sums of r, r x, r y
+        m      : B + C: 00, 01, 02, 11, 12, 22
+    """
+    r, r_x, r_y = drives
+    x, y = middle
     # along one of them nothing is told apart where the points lie across it
-    p, q = s_xx - x * s_x, s_yy - y * s_y
+    p, q = spread
     wide, broad = p > LINE * (q + POINT), q > LINE * (p + POINT)
     zero, one, two = _solved(
         (
-            b_00 if stirs else 1.0, b_01 if wide else 0.0, b_02 if broad else 0.0,
-            b_11 if wide else 0.0, b_12 if wide & broad else 0.0, b_22 if broad else 0.0,
+            m[0] if stirs else 1.0, m[1] if wide else 0.0, m[2] if broad else 0.0,
+            m[3] if wide else 0.0, m[4] if wide & broad else 0.0, m[5] if broad else 0.0,
         ),
         (-r, x * r - r_x, y * r - r_y),
     )  # fmt: skip
@@ -420,21 +496,66 @@ def _changes(lane: int, constraints: Array, points: Array, scratch: Array) -> An
     return zero - (one * x + two * y), one, two
 
 
+@inline
+def impulse_so_far(row: int, points: Array, soft: bool, bouncing: bool) -> Any:
+    """
+    Return the impulse that a point has, as far as it has come: half of the warm start is still to
+    come, before the motion, of what presses.
+
+        soft, bouncing : of the pass: see SOFT, BOUNCING
+    """
+    field = contact_point.RESTITUTION_NORMAL if bouncing else contact_point.NORMAL_IMPULSE
+    impulse = points[row + field]
+    warm = points[row + contact_point.WARM_NORMAL] if soft else 0.0
+    return impulse - warm if impulse > 0.0 else 0.0
+
+
 def _part(row: int, lane: int, change: Any, constraints: Array, points: Array) -> Any:
     """Return the impulse that a point has, as far as it has come, and its part of the change."""
-    field = contact_point.RESTITUTION_NORMAL if BOUNCING else contact_point.NORMAL_IMPULSE
-    impulse = points[row + field]
-    # half of the warm start is still to come, before the motion, of what presses
-    warm = points[row + contact_point.WARM_NORMAL] if SOFT else 0.0
-    before = impulse - warm if impulse > 0.0 else 0.0
+    before = impulse_so_far(row, points, SOFT, BOUNCING)
     x, y = _place(row, lane, constraints, points)
     takes_part = points[row + contact_point.TAKES_PART] > 0.0
     part = change[0] + (x * change[1] + y * change[2])
+    part *= points[row + contact_point.TAKES_PART]
     return before, part if takes_part else 0.0
 
 
 @inline
-def _sooner(row: int, part: Any, before: Any, points: Array) -> Any:
+def _all_take_part(lane: int, width: int, points: Array) -> Any:
+    """Tell whether all points of a lane take part."""
+    found = True
+    for row in range(lane, lane + manifold.MOST * width, width):
+        # what a manifold has not is out of reach, or has no mass where its batch has not either
+        is_point = points[row + contact_point.SEPARATION] < far_points.NONE
+        is_point = is_point & (points[row + contact_point.NORMAL_MASS] > 0.0)
+        found = found & ((points[row + contact_point.TAKES_PART] > 0.0) | (not is_point))
+    return found
+
+
+@inline
+def _weigh(lane: int, share: Any, impulses: Any, scratch: Array) -> Any:
+    """
+    Return the share that a lane is given, and choose how its points are weighed in the next round:
+    by their impulses, and none of this change, where it would let one of them go before the
+    others.
+
+        share    : of its change that it can take
+        impulses : of its four points so far
+    """
+    before = scratch[lane + lane_scratch.WHOLE_WEIGHS]
+    most = wide_lanes.larger(impulses[0], impulses[1])
+    most = wide_lanes.larger(wide_lanes.larger(most, impulses[2]), impulses[3])
+    waits = (before == ALIKE) & (share < 1.0) & (most > 0.0)
+    most_before = scratch[lane + lane_scratch.WHOLE_MOST]
+    scratch[lane + lane_scratch.WHOLE_MOST] = most if waits else most_before
+    was_weighed = (before == BY_IMPULSE) & (scratch[lane + lane_scratch.WHOLE_STIRS] > 0.0)
+    after = ALIKE_AGAIN if was_weighed else before
+    scratch[lane + lane_scratch.WHOLE_WEIGHS] = BY_IMPULSE if waits else after
+    return 0.0 if waits else share
+
+
+@inline
+def sooner(row: int, part: Any, before: Any, points: Array) -> Any:
     """
     Return of the point that comes to no impulse first what it has, and what it is to give up. A
     point that has none, and would be given less, is dropped.
@@ -461,7 +582,7 @@ def _give_to_point(row: int, share: float, part: Any, points: Array) -> Any:
     warm = points[row + contact_point.WARM_NORMAL] if SOFT else 0.0
     before = part[0]
     now = before + share * part[1]
-    now = now if now > ROUNDING * before else 0.0
+    now = now if now > ROUNDING * (before + warm) else 0.0
     given = share * part[1] != 0.0
     # else it keeps its bits
     new = now + warm if now > 0.0 else 0.0
@@ -483,16 +604,24 @@ def _give(lanes: int, constraints: Array, points: Array, scratch: Array) -> None
         part_2 = part_of(lane + WIDTH, lane, change, constraints, points)
         part_3 = part_of(lane + 2 * WIDTH, lane, change, constraints, points)
         part_4 = part_of(lane + 3 * WIDTH, lane, change, constraints, points)
-        soonest = _sooner(lane, part_1, (1.0, 1.0), points)
-        soonest = _sooner(lane + WIDTH, part_2, soonest, points)
-        soonest = _sooner(lane + 2 * WIDTH, part_3, soonest, points)
-        soonest = _sooner(lane + 3 * WIDTH, part_4, soonest, points)
+        soonest = sooner(lane, part_1, (1.0, 1.0), points)
+        soonest = sooner(lane + WIDTH, part_2, soonest, points)
+        soonest = sooner(lane + 2 * WIDTH, part_3, soonest, points)
+        soonest = sooner(lane + 3 * WIDTH, part_4, soonest, points)
         share = soonest[0] / soonest[1]
+        share = _weigh(lane, share, (part_1[0], part_2[0], part_3[0], part_4[0]), scratch)
         one = give_to_point(lane, share, part_1, points)
         two = give_to_point(lane + WIDTH, share, part_2, points)
         three = give_to_point(lane + 2 * WIDTH, share, part_3, points)
         four = give_to_point(lane + 3 * WIDTH, share, part_4, points)
         wide_lanes.apply_along_normal(lane, (one, two, three, four), constraints, scratch)
+        # where all points have taken part, and all of their change, nothing is left
+        stirs_still = scratch[lane + lane_scratch.WHOLE_STIRS]
+        weighs = scratch[lane + lane_scratch.WHOLE_WEIGHS]
+        is_done = _all_take_part(lane, WIDTH, points) & (share >= 1.0)
+        is_done = is_done & (weighs == ALIKE) & (stirs_still > 0.0)
+        scratch[lane + lane_scratch.WHOLE_STIRS] = 0.0 if is_done else stirs_still
+        scratch[lane + lane_scratch.WHOLE_WEIGHS] = DONE if is_done else weighs
 
 
 def visit(
@@ -508,6 +637,20 @@ def visit(
         layered : something is a ball or a capsule
         on_rims : a cylinder may touch
     """
+    offered = offered_for(kind, width, turns=turns, arcs=arcs, layered=layered, on_rims=on_rims)
+    name = f'{kind}_{width}'
+    for slot_name, source in {'changes': _changes, 'part_of': _part, 'sums_of': _sums_of}.items():
+        offered[slot_name] = specialise(source, name=name, inlined=True, offered=offered)
+    return (
+        specialise(_sum_up, name=name, offered=offered),
+        specialise(_give, name=name, offered=offered),
+    )
+
+
+def offered_for(
+    kind: str, width: int, *, turns: bool, arcs: bool, layered: bool, on_rims: bool
+) -> dict[str, Any]:
+    """Return what the slots of such a pass are filled with, and the law of its points."""
     offered: dict[str, Any] = {
         'SOFT': kind == 'solve',
         'BOUNCING': kind == 'restore',
@@ -517,17 +660,8 @@ def visit(
         'BENDS': arcs,
         'LAYERED': layered,
     }
-    name = f'{kind}_{width}'
-    inside = {
-        'law': _law,
-        'changes': _changes,
-        'part_of': _part,
-        'give_to_point': _give_to_point,
-        'sums_of': _sums_of,
-    }
-    for slot_name, source in inside.items():
-        offered[slot_name] = specialise(source, name=name, inlined=True, offered=offered)
-    return (
-        specialise(_sum_up, name=name, offered=offered),
-        specialise(_give, name=name, offered=offered),
-    )
+    for slot_name, source in {'law': _law, 'give_to_point': _give_to_point}.items():
+        offered[slot_name] = specialise(
+            source, name=f'{kind}_{width}', inlined=True, offered=offered
+        )
+    return offered

@@ -184,7 +184,7 @@ def apply_impulse(scratch: Array, lane: int, arm_a: Any, arm_b: Any, impulse: An
 
 
 @inline
-def _larger(one: float, other: float) -> Any:
+def larger(one: float, other: float) -> Any:
     """Return the larger one of two sizes."""
     return other if other > one else one
 
@@ -204,9 +204,9 @@ def apply_along_normal(lane: int, given: Any, constraints: Array, scratch: Array
         given : of each point, what it has been given, and that times its arms on A and B
     """
     one, two, three, four = given
-    largest = _larger(scratch[lane + lane_scratch.LARGEST_CHANGE], abs(one[0]))
-    largest = _larger(_larger(largest, abs(two[0])), abs(three[0]))
-    scratch[lane + lane_scratch.LARGEST_CHANGE] = _larger(largest, abs(four[0]))
+    largest = larger(scratch[lane + lane_scratch.LARGEST_CHANGE], abs(one[0]))
+    largest = larger(larger(largest, abs(two[0])), abs(three[0]))
+    scratch[lane + lane_scratch.LARGEST_CHANGE] = larger(largest, abs(four[0]))
     total, moment_a, moment_b = _together(_together(_together(one, two), three), four)
     normal = vector(constraints, lane + constraint.NORMAL)
     angular_a = vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_A)
