@@ -122,12 +122,16 @@ def any_whole(scratch: Array) -> bool:
 
 @inline
 def note_changes(lanes: int, constraints: Array, scratch: Array) -> None:
-    """Let what a surface was given count for a change of its lanes in this pass."""
+    """
+    Let what a surface was given count for a change of its lanes in this pass, of those that it has
+    visited.
+    """
     for lane in range(lanes):
         of_surface = constraints[lane + constraint.SURFACE] > constraint.OF_NO_SURFACE
         change = constraints[lane + constraint.SURFACE_CHANGE]
         before = scratch[lane + lane_scratch.LARGEST_CHANGE]
-        counts = of_surface & (change > before)
+        visited = scratch[lane + lane_scratch.VISITED] > 0.0
+        counts = of_surface & visited & (change > before)
         scratch[lane + lane_scratch.LARGEST_CHANGE] = change if counts else before
 
 
