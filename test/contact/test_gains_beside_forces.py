@@ -266,7 +266,8 @@ def test_nothing_is_taken_back_of_what_drives_springs_and_flows_give(what, ms):
     sim = Simulation(scene([ground(material=ROUGH), *bodies], forces=forces, dt=1e-3 * ms))
     for _ in range(round(1000 / ms)):
         sim.step()
-        assert np.abs(inside.contact(sim).arrays.taken_back).max() < 1e-4  # [N s]
+        taken = sim.contacts().taken_back
+        assert not taken.size or np.abs(taken).max() < 1e-4  # [N s]
 
 
 def test_work_of_a_turntable_by_torsional_friction_is_that_of_its_torque():

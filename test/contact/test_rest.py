@@ -112,17 +112,16 @@ def pile(kind, seed):
     }  # fmt: skip
 
 
-@pytest.mark.parametrize('piles', [3, pytest.param(5, marks=pytest.mark.long)])
 @pytest.mark.parametrize('kind', ['boxes', 'prisms'])
-def test_most_piles_of_what_touches_at_many_corners_come_to_rest(kind, piles):
+def test_most_piles_of_what_touches_at_many_corners_come_to_rest(kind):
     """
     Where the four that stand for them changed with every tremble, such piles kept moving, by 160
     to 3,900 um/s; half of the least of that is allowed. Of twenty seeds half of the piles of boxes
     and three in four of prisms move by less than 20, one in six by more than 80: so it is the
-    middle one of five, in the short form of three.
+    middle one of five: of three, one in five drawings would fail.
     """
     speeds = []
-    for seed in range(3, 3 + piles):
+    for seed in range(3, 8):
         sim = Simulation(load_scene(pile(kind, seed)))
         sim.step(1000)
         squares = []
@@ -130,7 +129,7 @@ def test_most_piles_of_what_touches_at_many_corners_come_to_rest(kind, piles):
             sim.step(5)
             squares.append(np.sum(sim.state.velocity**2, axis=1))
         speeds.append(math.sqrt(np.mean(squares)))
-    assert sorted(speeds)[piles // 2] < 8e-5, speeds
+    assert sorted(speeds)[2] < 8e-5, speeds
 
 
 def test_the_sink_of_what_comes_to_rest_falls_with_the_square_of_the_substep():
