@@ -200,9 +200,12 @@ def test_pile_of_1000_settles_on_the_ground_and_loses_no_box(reach, count, heigh
 
 
 @pytest.mark.long
-def test_what_overlaps_in_a_pile_of_1000_has_gone_after_ten_seconds() -> None:
-    """Six corners are 0.36 mm deep after six seconds, and come out by 0.12 mm a second."""
-    assert lowest_corners(at(start('pile_of_1000'), 10.0)).min() > -1e-4
+def test_what_overlaps_in_a_pile_of_1000_has_gone_after_twelve_seconds() -> None:
+    """
+    Up to five corners are as much as 0.75 mm deep after four seconds, and come out by 0.06 mm a
+    second under a load, by 0.12 without.
+    """
+    assert lowest_corners(at(start('pile_of_1000'), 12.0)).min() > -1e-4
 
 
 def test_striking_pendulum_gives_the_ball_what_the_law_of_impact_says():
