@@ -365,14 +365,20 @@ def _added_arms(one: Any, two: Any) -> Any:
 
 
 @inline
-def _response_of(row: int, turns: bool, normal: Any, arms: Any, constraints: Array) -> Any:
+def _moments(arms: Any, normal: Any) -> Any:
+    """Return three arms x normal: G_0 x n, G_1 x n, G_2 x n."""
+    return cross(arms[0], normal), cross(arms[1], normal), cross(arms[2], normal)
+
+
+@inline
+def response_of(row: int, turns: bool, moments: Any, constraints: Array) -> Any:
     """
     Return what the turn of one body adds to B: 00, 01, 02, 11, 12, 22.
 
-    row  : where its inverse inertia begins
-    arms : sums of its arms times psi_0, psi_1, psi_2
+    row     : where its inverse inertia begins
+    moments : of impulses psi_0, psi_1, psi_2 about its centre
     """
-    zero, one, two = cross(arms[0], normal), cross(arms[1], normal), cross(arms[2], normal)
+    zero, one, two = moments
     of_zero = wide_lanes.apply_inverse_inertia(constraints, row, turns, zero)
     of_one = wide_lanes.apply_inverse_inertia(constraints, row, turns, one)
     of_two = wide_lanes.apply_inverse_inertia(constraints, row, turns, two)
@@ -394,8 +400,8 @@ def _response(
     normal = wide_lanes.vector(constraints, lane + constraint.NORMAL)
     row_a, row_b = lane + constraint.INVERSE_INERTIA_A, lane + constraint.INVERSE_INERTIA_B
     return added_six(
-        _response_of(row_a, turns, normal, arms[:3], constraints),
-        _response_of(row_b, turns, normal, arms[3:], constraints),
+        response_of(row_a, turns, _moments(arms[:3], normal), constraints),
+        response_of(row_b, turns, _moments(arms[3:], normal), constraints),
     )
 
 

@@ -191,9 +191,7 @@ def _begin(first: int, width: int, rows: Array) -> None:
     while lane > 0:
         rows[lane + constraint.SURFACE_CHANGE] = 0.0
         for point in range(int(rows[lane + constraint.SURFACE_POINTS])):
-            row = lane + constraint.SIZE + point * width
-            rows[row + contact_point.DROPPED] = 0.0
-            rows[row + contact_point.TAKES_PART] = 0.0
+            rows[lane + constraint.SIZE + point * width + contact_point.DROPPED] = 0.0
         lane = int(rows[lane + constraint.NEXT_OF_SURFACE])
 
 
@@ -292,22 +290,13 @@ def _about_middle(sums: Any, x: float, y: float) -> Any:
 
 
 @inline
-def _products(one: Any, two: Any) -> Any:
-    """Return the products of three vectors with three: 00, 01, 02, 11, 12, 22."""
+def _products(vectors: Any, factor: float) -> Any:
+    """Return the products of three vectors times a factor: 00, 01, 02, 11, 12, 22."""
+    zero, one, two = vectors
     return (
-        dot(one[0], two[0]), dot(one[0], two[1]), dot(one[0], two[2]),
-        dot(one[1], two[1]), dot(one[1], two[2]), dot(one[2], two[2]),
+        factor * dot(zero, zero), factor * dot(zero, one), factor * dot(zero, two),
+        factor * dot(one, one), factor * dot(one, two), factor * dot(two, two),
     )  # fmt: skip
-
-
-@inline
-def _turned(sums: Any, row: int, turns: bool, rows: Array) -> Any:
-    """Return I^-1 of three vectors; row: where the inverse inertia begins."""
-    return (
-        wide_lanes.apply_inverse_inertia(rows, row, turns, sums[0]),
-        wide_lanes.apply_inverse_inertia(rows, row, turns, sums[1]),
-        wide_lanes.apply_inverse_inertia(rows, row, turns, sums[2]),
-    )
 
 
 @kernel
@@ -323,15 +312,10 @@ def _change_of(first: int, turns: bool, found: Any, rows: Array) -> Any:
     inverse_mass = (
         rows[first + constraint.INVERSE_MASS_A] + rows[first + constraint.INVERSE_MASS_B]
     )
-    turned_a = _turned(of_a, first + constraint.INVERSE_INERTIA_A, turns, rows)
-    turned_b = _turned(of_b, first + constraint.INVERSE_INERTIA_B, turns, rows)
-    m = _products(forces, forces)
-    m = (
-        inverse_mass * m[0], inverse_mass * m[1], inverse_mass * m[2],
-        inverse_mass * m[3], inverse_mass * m[4], inverse_mass * m[5],
-    )  # fmt: skip
-    m = whole_manifold.added_six(m, _products(of_a, turned_a))
-    m = whole_manifold.added_six(m, _products(of_b, turned_b))
+    row_a, row_b = first + constraint.INVERSE_INERTIA_A, first + constraint.INVERSE_INERTIA_B
+    m = _products(forces, inverse_mass)
+    m = whole_manifold.added_six(m, whole_manifold.response_of(row_a, turns, of_a, rows))
+    m = whole_manifold.added_six(m, whole_manifold.response_of(row_b, turns, of_b, rows))
     m = whole_manifold.added_six(m, whole_manifold.soft_about_middle(soft[:3], soft[3:], x, y))
     spread = places[3] - x * places[1], places[5] - y * places[2]
     return whole_manifold.change_from(spread, drives, m, (x, y), True)
