@@ -238,7 +238,7 @@ def until_it_flies_again(e):
         ),
     ],
 )
-def test_tiles_turn_nothing_that_falls_flat_on_them_in_ticks(seed, e, plain_source):
+def test_tiles_turn_nothing_that_falls_flat_on_them_in_ticks(seed, e):
     """
     Boxes, cans, prisms and bodies of three parts, over joints of up to 49 tiles. Of 60 draws that
     come to rest nine are turned in the ticks after the blow, by 4e-9 to 4e-4 rad/s: none of these.
@@ -261,7 +261,7 @@ def test_tiles_turn_nothing_that_falls_flat_on_them_in_ticks(seed, e, plain_sour
 
 @pytest.mark.parametrize('e', [0.0, 0.5, 1.0])
 @pytest.mark.parametrize('seed', [*seeds(6, 60), 109])
-def test_a_stack_that_falls_flat_is_not_turned_in_ticks(seed, e, plain_source):
+def test_a_stack_that_falls_flat_is_not_turned_in_ticks(seed, e):
     """
     Two to four on a plane, each turned as it likes about the upright, with masses to 1:100. In
     that of seed 109 impulses go ahead by which one point would let go before the others.
@@ -286,7 +286,7 @@ FOOT = {
 
 @pytest.mark.parametrize('e', [0.0, 0.5])
 @pytest.mark.parametrize('foot', FOOT)
-def test_what_lands_on_four_feet_is_not_turned_in_ticks(foot, e, plain_source):
+def test_what_lands_on_four_feet_is_not_turned_in_ticks(foot, e):
     """Feet of one point, of a line and of a face, on one plane."""
     lying = turn_about((0, 1, 0), np.pi / 2).tolist() if foot == 'pill' else [0, 0, 0, 1]
     parts = [
