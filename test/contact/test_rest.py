@@ -121,15 +121,15 @@ def test_most_piles_of_what_touches_at_many_corners_come_to_rest(kind):
     middle one of five: of three, one in five drawings would fail.
     """
     speeds = []
-    for seed in range(3, 8):
-        sim = Simulation(load_scene(pile(kind, seed)))
+    while sum(speed < 8e-5 for speed in speeds) < 3:  # what is left can change nothing more
+        assert len(speeds) < 5, speeds
+        sim = Simulation(load_scene(pile(kind, 7 - len(speeds))))
         sim.step(1000)
         squares = []
         for _ in range(50):
             sim.step(5)
             squares.append(np.sum(sim.state.velocity**2, axis=1))
         speeds.append(math.sqrt(np.mean(squares)))
-    assert sorted(speeds)[2] < 8e-5, speeds
 
 
 def test_the_sink_of_what_comes_to_rest_falls_with_the_square_of_the_substep():
