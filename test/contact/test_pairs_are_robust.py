@@ -5,10 +5,6 @@ Whatever two shapes are and wherever they lie, a kernel answers with a manifold 
 """
 
 import hashlib
-import os
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,12 +13,11 @@ from hypothesis import strategies as st
 
 from rigid_body_sim.physics.contact.collision.collider import BOX, CAPSULE, CYLINDER, PLANE, SPHERE
 
-from ..patience import HANGING
+from .. import inside
 from .hard_shapes import LENGTHS, OFFSETS, SHARES, TURNS, turned
 from .pair_cases import ANALYTIC, COUNT, Placed, collide, name, random_pairs
 
 MARGIN = 0.01  # [m]
-ROOT = str(Path(__file__).parents[2])
 
 
 @st.composite
@@ -101,40 +96,21 @@ def test_not_a_number_in_a_pose_touches_nothing(pair):
     assert len(collide(a, b, MARGIN)) == 0
 
 
-PROGRAM = """
-import hashlib, sys
-import numpy as np
-sys.path.insert(0, sys.argv[1])
-import pair_cases as cases
-from rigid_body_sim.physics.compile import kernels
-print(kernels.COMPILED)
-for pair in cases.ANALYTIC:
-    digest = hashlib.sha256()
-    for a, b in cases.random_pairs(pair, 100, np.random.default_rng(5)):
-        found = cases.collide(a, b, 0.3)
-        digest.update(np.int64(len(found)).tobytes())
-        if len(found):
-            for array in (found.normal, found.places, found.gaps, found.features):
-                digest.update(array.tobytes())
-    print(cases.name(pair), digest.hexdigest())
-"""
+def digests():
+    """Of what the kernels of all pairs find between shapes at random."""
+    for pair in ANALYTIC:
+        digest = hashlib.sha256()
+        for a, b in random_pairs(pair, 100, np.random.default_rng(5)):
+            found = collide(a, b, 0.3)
+            digest.update(np.int64(len(found)).tobytes())
+            if len(found):
+                for array in (found.normal, found.places, found.gaps, found.features):
+                    digest.update(array.tobytes())
+        yield name(pair), digest.hexdigest()
 
 
-def digests(*, compiled):
-    environment = os.environ | {'RIGID_BODY_SIM_COMPILE': '01'[compiled], 'PYTHONPATH': ROOT}
-    result = subprocess.run(
-        [sys.executable, '-c', PROGRAM, str(Path(__file__).parent)],
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=True,
-        timeout=HANGING,
-    )
-    first, *rest = result.stdout.splitlines()
-    assert first == str(compiled)
-    return rest
-
-
-def test_compiled_and_plain_kernels_find_the_same_bits():
-    assert hashlib.sha256(b'').hexdigest() not in str(plain := digests(compiled=False))
-    assert digests(compiled=True) == plain
+def test_compiled_and_plain_kernels_find_the_same_bits(monkeypatch):
+    compiled = dict(digests())
+    assert hashlib.sha256(b'').hexdigest() not in compiled.values()
+    inside.run_plain(monkeypatch)
+    assert dict(digests()) == compiled

@@ -5,10 +5,7 @@ Whatever polyhedra are and wherever they lie, a kernel answers with a manifold o
 same bits with and without numba.
 """
 
-import os
-import subprocess
-import sys
-from pathlib import Path
+import hashlib
 
 import numpy as np
 import pytest
@@ -29,11 +26,21 @@ from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hulls import hu
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model import rotation as so3
 
-from ..patience import HANGING
-from .hull_cases import PAIRS, Shape, box, capsule, collide, cylinder, hull, name, sphere
+from .. import inside
+from .hull_cases import (
+    PAIRS,
+    Shape,
+    box,
+    capsule,
+    collide,
+    cylinder,
+    hull,
+    name,
+    random_cases,
+    sphere,
+)
 
 MARGIN = 0.01  # [m]
-ROOT = str(Path(__file__).parents[2])
 
 SCALES = st.sampled_from((1e-160, 1e-6, 0.1, 1.0, 1e6, 1e30, 1e160))
 THICK = st.sampled_from((1.0, 1.0, 0.3, 1e-3, 1e-6, 1e-9, 1e-11))  # of flat bodies and needles
@@ -172,45 +179,26 @@ def test_not_a_number_in_a_pose_touches_nothing(pair):
     assert not len(collide(make[pair[0]], make[pair[1]], pose, nowhere, MARGIN))
 
 
-PROGRAM = """
-import hashlib, sys
-sys.path.insert(0, sys.argv[1])
-import numpy as np
-import hull_cases as cases
-from rigid_body_sim.physics.compile import kernels
-print(kernels.COMPILED)
-for pair in cases.PAIRS:
-    digest = hashlib.sha256()
-    for case in cases.random_cases(pair, 15, np.random.default_rng(5), shapes=5):
-        found = cases.collide(*case, 0.3)
-        digest.update(np.int64(len(found)).tobytes())
-        if len(found):
-            for array in (found.normal, found.places, found.gaps, found.features):
-                digest.update(array.tobytes())
-    print(cases.name(pair), digest.hexdigest())
-"""
-
-
-def digests(*, compiled):
-    environment = os.environ | {'RIGID_BODY_SIM_COMPILE': '01'[compiled], 'PYTHONPATH': ROOT}
-    result = subprocess.run(
-        [sys.executable, '-c', PROGRAM, str(Path(__file__).parent)],
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=True,
-        timeout=HANGING,
-    )
-    first, *rest = result.stdout.splitlines()
-    assert first == str(compiled)
-    return rest
+def digests():
+    """Of what the kernels of all pairs find between shapes at random."""
+    for pair in PAIRS:
+        digest = hashlib.sha256()
+        for case in random_cases(pair, 15, np.random.default_rng(5), shapes=5):
+            found = collide(*case, 0.3)
+            digest.update(np.int64(len(found)).tobytes())
+            if len(found):
+                for array in (found.normal, found.places, found.gaps, found.features):
+                    digest.update(array.tobytes())
+        yield name(pair), digest.hexdigest()
 
 
 @pytest.mark.skipif(
     not kernels.COMPILED, reason='numba is not installed: there is nothing to compare with'
 )
-def test_polyhedra_meet_with_the_same_bits_with_and_without_numba():
-    assert digests(compiled=True) == digests(compiled=False)
+def test_polyhedra_meet_with_the_same_bits_with_and_without_numba(monkeypatch):
+    compiled = dict(digests())
+    inside.run_plain(monkeypatch)
+    assert dict(digests()) == compiled
 
 
 def test_climbing_finds_the_corner_that_looking_at_each_finds():

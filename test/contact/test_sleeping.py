@@ -5,11 +5,7 @@ Sleep: what rests is left alone to the bit, and wakes as what never slept.
 """
 
 import math
-import os
-import subprocess
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -23,23 +19,6 @@ from rigid_body_sim.physics.simulation import Simulation
 
 from .. import inside
 from .touching import DT, G, ball, box, ground, heap, lean, scene, stack
-
-RUN = """
-import sys; sys.path[:0] = sys.argv[1], sys.argv[1] + '/..'
-import inside, pytest
-from touching import ground, box, scene
-from rigid_body_sim.physics.simulation import Simulation
-inside.share_kernels(pytest.MonkeyPatch())
-boxes = [box('a', 0.2, (0, 0, 0.1)), box('b', 0.2, (3, 0, 0.1), velocity=(0, 0.1, 0))]
-sim = Simulation(scene([ground(), *boxes], sleeping=True, sleep_time=0.05))
-for ticks in (40, 10):
-    sim.step(ticks)
-    print(len(inside.islands(sim)), end=' ')
-for body in 'ab':
-    sim.apply_impulse(body, angular=(0.1, 0.2, 0.3))
-sim.step(5)
-print(len(inside.islands(sim)), sim.state_bytes().hex())
-"""
 
 SINK_TIME = 4.0  # [s] 960 ticks: the static sink is out to e^-11 of it, as for who stays awake
 SETTLED = 360  # [tick] 1.5 s: a stack of five falls asleep after 0.5 s
@@ -392,16 +371,25 @@ def test_a_sleeping_run_gives_the_same_bits_however_it_is_cut_and_when_restored(
             assert getattr(a, field).tobytes() == getattr(b, field).tobytes()
 
 
-def test_compiled_and_plain_kernels_sleep_and_wake_alike():
-    runs = []
-    for compiled in ('0', '1'):
-        environment = {**os.environ, 'RIGID_BODY_SIM_COMPILE': compiled}
-        command = [sys.executable, '-c', RUN, str(Path(__file__).parent)]
-        run = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
-        assert run.returncode == 0, run.stderr
-        runs.append(run.stdout)
-    assert runs[0] == runs[1]
-    assert runs[0].startswith('2 2 0 ')
+def asleep_and_awake():
+    """How many islands sleep, one after the other, and the last state."""
+    boxes = [box('a', 0.2, (0, 0, 0.1)), box('b', 0.2, (3, 0, 0.1), velocity=(0, 0.1, 0))]
+    sim = Simulation(scene([ground(), *boxes], sleeping=True, sleep_time=0.05))
+    counts = []
+    for ticks in (40, 10):
+        sim.step(ticks)
+        counts.append(len(inside.islands(sim)))
+    for body in 'ab':
+        sim.apply_impulse(body, angular=(0.1, 0.2, 0.3))
+    sim.step(5)
+    return [*counts, len(inside.islands(sim))], sim.state_bytes()
+
+
+def test_compiled_and_plain_kernels_sleep_and_wake_alike(monkeypatch):
+    compiled = asleep_and_awake()
+    assert compiled[0] == [2, 2, 0]
+    inside.run_plain(monkeypatch)
+    assert asleep_and_awake() == compiled
 
 
 def test_a_reset_run_begins_awake():

@@ -1,0 +1,59 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The bits to which a heap comes, and discs and a capsule that fall over: also a program, which
+prints whether kernels are compiled, and then a line for each.
+"""
+
+import numpy as np
+
+from rigid_body_sim.physics.compile import kernels
+from rigid_body_sim.physics.model.scene import Body
+from rigid_body_sim.physics.model.shapes import Capsule, Cylinder
+from rigid_body_sim.physics.simulation import Simulation
+
+if __name__ == '__main__':
+    import inside
+    import pytest
+    from touching import ball, box, ground, heap, motion, scene
+else:
+    from .touching import ball, box, ground, heap, motion, scene
+
+
+def a_heap():
+    """The state of a heap that has come down."""
+    sim = Simulation(scene(heap(3)))
+    sim.step(100)
+    return sim.state_bytes().hex()
+
+
+def rims():
+    """The state of discs and a capsule that fall over on a plane and a box."""
+
+    def solid(name, shape, x, turn):
+        start = motion((x, 0, 0.1), q=(0.3, 0.1, 0.2, 0.9273618495495703), turn=turn)
+        inertia = np.diag([0.002, 0.002, 0.003])
+        return Body(name, shape, 1.0, inertia=inertia, initial=start)
+
+    bodies = [
+        ground(), box('floor', 0.1, (0, 0, -0.05), fixed=True),
+        solid('coin', Cylinder(0.08, 0.01), 0.0, (2.0, 9.0, 1.0)),
+        solid('coin on the ground', Cylinder(0.08, 0.01), 0.5, (2.0, 9.0, 1.0)),
+        solid('capsule', Capsule(0.05, 0.1), 1.0, (2.0, 3.0, 1.0)),
+        ball('b', 0.05, (0.02, 0, 0.3)),
+    ]  # fmt: skip
+    sim = Simulation(scene(bodies))
+    sim.step(80)
+    return sim.state_bytes().hex()
+
+
+def lines():
+    """Give name and bits of each."""
+    for end_of in (a_heap, rims):
+        yield f'{end_of.__name__} {end_of()}'
+
+
+if __name__ == '__main__':
+    inside.share_kernels(pytest.MonkeyPatch())
+    print(kernels.COMPILED)
+    print(*lines(), sep='\n')
