@@ -179,6 +179,7 @@ def test_what_rests_keeps_the_bits_of_time_stepping():
     assert np.array_equal(numbers_of(event, names), numbers_of(timestep, names))
 
 
+LONG = pytest.mark.long
 FORCES_FAR_AWAY = {
     'a spring': {'type': 'spring', 'a': 'witness', 'b': 'world', 'stiffness': 3.0},
     'what acts from time to time': {
@@ -210,24 +211,35 @@ def flat(rng, name, position):
     }  # fmt: skip
 
 
-@pytest.mark.parametrize('force', FORCES_FAR_AWAY)
-@pytest.mark.parametrize('draws', [3, pytest.param(60, marks=pytest.mark.long)])
-def test_a_force_on_one_body_changes_no_bit_of_what_is_not_connected(force, draws, plain_source):
+def through_ticks(described, names):
+    """The numbers of some bodies after each of some ticks of a scene, and how many impacts."""
+    sim, found, impacts = Simulation(load_scene(described)), [], 0
+    for _ in range(12):
+        sim.step()
+        found.append(numbers_of(sim, names))
+        impacts += len(sim.impacts())
+    return np.array(found), impacts
+
+
+@pytest.mark.parametrize(
+    ('draws', 'forces'),
+    [
+        pytest.param(3, list(FORCES_FAR_AWAY), id='3-all'),
+        *(pytest.param(60, [one], id=f'60-{one}', marks=LONG) for one in FORCES_FAR_AWAY),
+    ],
+)
+def test_a_force_on_one_body_changes_no_bit_of_what_is_not_connected(draws, forces, request):
     """Closed forms of flight are for all on whom no such force acts, whatever the scene has."""
     rng = np.random.default_rng(7)
     bodies = [flat(rng, f'body{i}', (3.0 * i, 0.0)) for i in range(draws)]
     bodies.append(ball('bouncing', (-3.0, 0.0, 0.15), e=0.9))
     names = [body['name'] for body in bodies]
-    without, beside = scene(*bodies), scene(*bodies)
-    beside['forces'] = [FORCES_FAR_AWAY[force]]
-    sims = [Simulation(load_scene(one)) for one in (without, beside)]
-    impacts = 0
-    for _ in range(12):
-        for sim in sims:
-            sim.step()
-        impacts += len(sims[0].impacts())
-        assert np.array_equal(*(numbers_of(sim, names) for sim in sims))
+    without, impacts = through_ticks(scene(*bodies), names)
     assert impacts > draws
+    request.getfixturevalue('plain_source')  # no other test has a kernel of impacts beside forces
+    acting = [FORCES_FAR_AWAY[one] for one in forces]
+    beside, _ = through_ticks({**scene(*bodies), 'forces': acting}, names)
+    assert np.array_equal(without, beside)
 
 
 def chattering(rng, name, position):
