@@ -96,8 +96,9 @@ CALLS = {  # of a simulation and of what is odd
 @pytest.mark.parametrize('call', CALLS)
 def test_what_is_odd_works_or_is_refused_in_one_line(call, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    scene = rbs.load_scene('two_bodies')
     for odd in ODD:
-        sim = rbs.Simulation('two_bodies')
+        sim = rbs.Simulation(scene)
         try:
             CALLS[call](sim, odd)
         except REFUSALS as error:

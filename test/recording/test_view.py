@@ -11,7 +11,7 @@ from __future__ import annotations
 import argparse
 import resource
 import warnings
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 
 import matplotlib.image
@@ -71,32 +71,33 @@ def motion_of(time, places):
     }
 
 
+def thrown(
+    folder, bodies=('box', 'can'), *, scene=True, namespace='', pushed=(), jump=0.0, title='thrown'
+):
+    """Record thrown bodies; `pushed` ticks carry an applied wrench and a jump of the speed."""
+    packer = StatePacker(bodies, dt_ns=DT_NS, namespace=namespace)
+    path = folder / 'thrown'
+    writer = BagWriter(
+        path,
+        topics=packer.topics,
+        manifest={'schema_version': '1', 'integrator': 'dmv6', 'dt_ns': str(DT_NS)},
+        attachments={'scene.yaml': scene_text(bodies, title=title)} if scene else {},
+    )
+    force, extra = np.zeros((len(bodies), 3)), np.zeros(3)
+    for tick in range(1, TICKS + 1):
+        arrays = dict(motion_of(tick * DT_NS * 1e-9, len(bodies)))
+        force[:] = tick - 1 in pushed
+        extra[0] += jump * (tick - 1 in pushed)
+        arrays['velocity'] = arrays['velocity'] + extra
+        writer.write(packer.pack(tick, **arrays, force=force, torque=0.0 * force))
+    writer.close({})
+    return path
+
+
 @pytest.fixture
 def throw(tmp_path):
-    """Record thrown bodies; `pushed` ticks carry an applied wrench and a jump of the speed."""
-
-    def make(
-        bodies=('box', 'can'), *, scene=True, namespace='', pushed=(), jump=0.0, title='thrown'
-    ):
-        packer = StatePacker(bodies, dt_ns=DT_NS, namespace=namespace)
-        path = tmp_path / 'thrown'
-        writer = BagWriter(
-            path,
-            topics=packer.topics,
-            manifest={'schema_version': '1', 'integrator': 'dmv6', 'dt_ns': str(DT_NS)},
-            attachments={'scene.yaml': scene_text(bodies, title=title)} if scene else {},
-        )
-        force, extra = np.zeros((len(bodies), 3)), np.zeros(3)
-        for tick in range(1, TICKS + 1):
-            arrays = dict(motion_of(tick * DT_NS * 1e-9, len(bodies)))
-            force[:] = tick - 1 in pushed
-            extra[0] += jump * (tick - 1 in pushed)
-            arrays['velocity'] = arrays['velocity'] + extra
-            writer.write(packer.pack(tick, **arrays, force=force, torque=0.0 * force))
-        writer.close({})
-        return path
-
-    return make
+    """Record thrown bodies, see `thrown`."""
+    return partial(thrown, tmp_path)
 
 
 def draw(bag, output):
@@ -106,11 +107,26 @@ def draw(bag, output):
     return view.run(parser.parse_args([str(bag), '-o', str(output)]))
 
 
-def test_the_picture_shows_more_than_paper(throw, tmp_path):
+def figure_of_verb(patch, bag, output):
+    """The figure that the verb draws into a file."""
+    seen = {}
+    patch.setattr(view, 'picture', lambda *a, **k: seen.setdefault('figure', picture(*a, **k)))
+    assert draw(bag, output) == 0
+    return seen['figure']
+
+
+@pytest.fixture(scope='module')
+def page(tmp_path_factory):
+    """What is written on the page of two thrown bodies, and its pixels."""
+    folder = tmp_path_factory.mktemp('page')
+    with pytest.MonkeyPatch.context() as patch:
+        figure = figure_of_verb(patch, thrown(folder), folder / 'run.png')
+    return texts(figure), matplotlib.image.imread(folder / 'run.png')[:, :, :3]
+
+
+def test_the_picture_shows_more_than_paper(page):
     """The file opens as a picture and holds curves in several colours."""
-    output = tmp_path / 'run.png'
-    assert draw(throw(), output) == 0
-    pixels = matplotlib.image.imread(output)[:, :, :3]
+    _, pixels = page
     assert pixels.shape[0] > 800 and pixels.shape[1] > 1000
     colored = np.ptp(pixels, axis=2) > 0.3
     assert colored.mean() > 1e-3
@@ -176,21 +192,15 @@ def test_a_push_is_no_drift_but_a_jump_without_one_is(throw):
     np.testing.assert_allclose(drift[-1, 1], 1.0 / largest_speed, rtol=1e-12)  # 1 m/s gained
 
 
-def test_a_bag_without_a_scene_is_drawn_without_energy(throw, tmp_path):
+def test_a_bag_without_a_scene_is_drawn_without_energy(throw, tmp_path, monkeypatch):
     """Nobody knows the masses: the panels say so."""
-    figure = drawn(throw(scene=False))
+    figure = figure_of_verb(monkeypatch, throw(scene=False), tmp_path / 'run.png')
     assert 'masses are unknown' in texts(figure)
-    assert draw(tmp_path / 'thrown', tmp_path / 'run.png') == 0
 
 
-def test_title_axes_and_legend_name_what_is_seen(throw, tmp_path, monkeypatch):
+def test_title_axes_and_legend_name_what_is_seen(page):
     """Scene, integrator and dt above; units on every axis; bodies by name."""
-    seen = {}
-    monkeypatch.setattr(
-        view, 'picture', lambda *a, **k: seen.setdefault('figure', picture(*a, **k))
-    )
-    draw(throw(('box', 'can')), tmp_path / 'run.png')
-    said = texts(seen['figure'])
+    said, _ = page
     for words in ('thrown, integrator dmv6, dt = 0.01 s', 'box', 'can', 'x [m]', 'z [m]'):
         assert words in said
     for label in ('energy [J]', 'simulation time [s]', 'velocity [m/s]: z', 'attitude [°]: roll'):
