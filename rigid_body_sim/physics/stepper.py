@@ -86,6 +86,8 @@ CHUNK_IN_CONTACT = 20_000
 # what a step began from: tick, what `Stepper._snapshot` gave (or of that nothing, or the contact
 # alone: `_moving_rows` have the motion), what the caller wants back beside, the work done by then
 Undo = tuple[int, tuple[Any, ...] | None, Any, Any]
+# length of a tick [s], steps in it, their length [s], what copies the motion, and what makes them
+OneTick = tuple[float, int, float, Callable[[], Any], Callable[[int, float, float], Any]]
 
 
 class Stepper:
@@ -138,6 +140,7 @@ class Stepper:
         self._coupled: Callable[..., Any] | None = None
         self._call: Callable[[int, float, float], Any] = _nothing_yet
         self._called: tuple[Any, Any] = (None, None)  # kernel and arguments of `_call`
+        self._one_tick: OneTick | None = None  # where nothing has to be looked at before a tick
         self._parts: list[Callable[..., Any]] = []  # the same for some blocks each, or none
         self._side_by_side = SideBySide()
         self._take_arguments()
@@ -183,7 +186,7 @@ class Stepper:
         taken = {
             name: new.__dict__[name] for name in (*mine, '_free', '_coupled', '_workspace_step')
         }
-        change = partial(self.__dict__.update, taken, _arguments=arguments)
+        change = partial(self.__dict__.update, taken, _arguments=arguments, _one_tick=None)
         # one call of C: no interrupt comes between
         deque(map(partial.__call__, (change, told)), maxlen=0)
 
@@ -273,6 +276,7 @@ class Stepper:
         powers = Powers(self._elements)
         powers.prepare(argument(self.translation), argument(self.rotation))
         self._drives_before = 0.0 if self.contact is None else self.contact.work_of_drives
+        self._one_tick = None
         self.work = WorkMeter(powers, self._integrator, smooth=self.contact is None)
         return self.work
 
@@ -371,6 +375,7 @@ class Stepper:
         return array
 
     def _take_arguments(self) -> None:
+        self._one_tick = None
         self._arguments = (
             self._layout.n_moving,
             self._layout.n_rigid,
@@ -453,6 +458,7 @@ class Stepper:
 
     def _ready_workspace(self, h: float) -> None:
         """Work out what the integrator wants to know of the scene at this step."""
+        self._one_tick = None
         if self._integrator.plan is None:
             self._workspace_step = h
             return
@@ -497,6 +503,33 @@ class Stepper:
         returns : ticks done; fewer than asked where a state left the finite numbers, then the
                   state is the last good one
         """
+        if ticks == 1 and self._one_tick is not None:
+            usual, n, step, keep, call = self._one_tick
+            if h == usual:
+                keep()
+                of_contact = None if self.contact is None else (self.contact.keep(),)
+                self.undo = before = (self.tick, of_contact, None, None)
+                try:
+                    status = call(n, n * tick, step)
+                except (ArithmeticError, ValueError) as error:
+                    if not left_the_numbers(error):
+                        raise
+                    status = math.nan
+                if status == 0.0:
+                    if self.undo is not before:
+                        raise SimulationBusy
+                    self.tick += 1
+                    self.undo = None
+                    return 1
+                if status is not NotImplemented:
+                    self.cause = self._cause_of(status)
+                    self._copy_back()
+                    return 0
+                self.undo = None  # a tick of another kind: nothing was done
+        return self._advance_any(ticks, tick, h)
+
+    def _advance_any(self, ticks: int, tick: float, h: float) -> int:
+        """Do what `advance` does, whatever acts and however many ticks there are."""
         elements = self._elements
         kernel = self._free if elements.do_nothing else self._coupled
         if kernel is None:
@@ -505,17 +538,10 @@ class Stepper:
             self.contact.take_tick(h / self._substeps)
             self.contact.take_pulled(elements.pulled)
         if elements.schedule is None:
-            if ticks != 1 or self.work is not None:
-                return self._advance(kernel, ticks, tick, h)
-            n, before = self._substeps, self._begin_ticks()  # the same, for who looks at each tick
-            if not self.steps(kernel, n, n * tick, h / n):
-                self._copy_back()
-                return 0
-            if self.undo is not before:
-                raise SimulationBusy
-            self.tick += 1
-            self.undo = None
-            return 1
+            done = self._advance(kernel, ticks, tick, h)
+            if done == ticks == 1:
+                self._note_one_tick(h)
+            return done
         done = 0
         while done < ticks:
             now = float(tick + done)
@@ -534,6 +560,15 @@ class Stepper:
             if got < run:
                 break
         return done
+
+    def _note_one_tick(self, h: float) -> None:
+        """
+        Note how the tick that was done is done again, for who looks at each one; `_one_tick` is
+        None again where arguments, method, or who looks at the work are others.
+        """
+        looks = self.work is not None or (self.contact is not None and self.contact.has_events)
+        if self._keep is not None and not (looks or self._parts):
+            self._one_tick = h, self._substeps, h / self._substeps, self._keep, self._call
 
     def _advance_in_pieces(
         self, kernel: Callable[..., Any], tick: float, cuts: list[float], h: float

@@ -166,6 +166,11 @@ class ContactWorld:
         self._overlaps: dict[tuple[int, int], NDArray[np.float64]] = {}  # of scene indices
 
     @property
+    def has_events(self) -> bool:
+        """Whether impacts come at their instants."""
+        return self._events
+
+    @property
     def _holds(self) -> bool:
         """Whether points of some pairs depend on those of the last tick: see `held_features`."""
         return not HELD_KINDS.isdisjoint(self._kinds)
