@@ -277,13 +277,17 @@ class Simulation:
     @property
     def state(self) -> State:
         """Position, orientation and velocities of every body, scene order: a copy."""
-        if self._read is None:
-            if self._stepping or self._stepper.undo is not None:
+        read = self._read
+        if read is None:
+            stepper, reader = self._stepper, self._reader
+            if self._stepping or stepper.undo is not None:
                 self._settle()
-            return self._read_state()
-        return self._read
+            time = self.scene_time if reader.is_timed else 0.0
+            self._read = read = reader.read(stepper.translation, stepper.rotation, time)
+        return read
 
     def _read_state(self) -> State:
+        """Give `state` to whom is called in the middle of a step."""
         if self._read is None:
             stepper, reader = self._stepper, self._reader
             time = self.scene_time if reader.is_timed else 0.0

@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.compile.kernels import argument, inline, kernel, prepared
+from rigid_body_sim.physics.compile.kernels import argument, flat, inline, kernel, prepared
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.forces.elements import held_body_wrench
 from rigid_body_sim.physics.forces.power import HELD
@@ -35,11 +35,12 @@ from rigid_body_sim.physics.model.named_frames import (
 )
 from rigid_body_sim.physics.model.numbers import (
     FLOATS,
+    SixFloats,
     array_of_numbers,
     checked_vector,
     is_list,
     shown,
-    vector,
+    two_vectors,
 )
 from rigid_body_sim.physics.model.scene import Vector
 from rigid_body_sim.physics.model.variable_mass import flow_of
@@ -84,12 +85,28 @@ def _put_one(core, fx, fy, fz, tx, ty, tz, n_rigid, weights, translation, rotati
         store_strided(rotation, place + TORQUE, LANES, torque)
 
 
+@inline
+def _to_principal(axes, core, force, torque):
+    x, y, z = load(axes, 9 * core), load(axes, 9 * core + 3), load(axes, 9 * core + 6)
+    return (
+        (dot(x, force), dot(y, force), dot(z, force)),
+        (dot(x, torque), dot(y, torque), dot(z, torque)),
+    )
+
+
 @kernel
-def _put_row(number, fx, fy, fz, tx, ty, tz, table):
-    """Write what turns with a body into its row of the table; no zero is negative."""
+def _put_row(number, fx, fy, fz, tx, ty, tz, of_body, axes, table):
+    """
+    Write what turns with a body into its row of the table; no zero is negative.
+
+    of_body : 1: from body axes; 0: it is in principal axes already
+    """
     row = COLUMNS * number
-    store(table, row + TURNING_FORCE, (fx + 0.0, fy + 0.0, fz + 0.0))
-    store(table, row + TURNING_TORQUE, (tx + 0.0, ty + 0.0, tz + 0.0))
+    force, torque = (fx, fy, fz), (tx, ty, tz)
+    if of_body == 1:
+        force, torque = _to_principal(axes, int(table[row + BODY]), force, torque)
+    store(table, row + TURNING_FORCE, add(force, NO_VECTOR))
+    store(table, row + TURNING_TORQUE, add(torque, NO_VECTOR))
 
 
 @kernel
@@ -137,9 +154,7 @@ def _take_rows(given_force, given_torque, scene_index, still, n_rigid, turns, ax
         f = load(given_force, 3 * scene_index[core])
         t = load(given_torque, 3 * scene_index[core])
         if turns == 1 and core < n_rigid:
-            x, y, z = load(axes, 9 * core), load(axes, 9 * core + 3), load(axes, 9 * core + 6)
-            f = dot(x, f), dot(y, f), dot(z, f)
-            t = dot(x, t), dot(y, t), dot(z, t)
+            f, t = _to_principal(axes, core, f, t)
         store(force, 3 * core, add(f, NO_VECTOR))  # no zero is negative
         store(torque, 3 * core, add(t, NO_VECTOR))
     return wrong
@@ -188,10 +203,13 @@ class Slot(NamedTuple):
 
 
 # how a lone source is written at once: core index, key of its slot, row that is written, by what,
-# (None: it has no slot), in which axes (rows of V^T; None: the world's), first tick on which it no
-# longer acts
+# (None: it has no slot), from which axes (rows of V^T; None: the world's), first tick on which it
+# no longer acts
 AtOnce = tuple[int, tuple[int, str], int, Callable[..., Any] | None, Matrix | None, int]
+# what was written at once: how, and force and torque in the axes that were asked
+Written = tuple[AtOnce, SixFloats]
 
+_Array = np.ndarray
 _new_slot = tuple.__new__  # of `Slot`: half the time of its constructor
 
 
@@ -266,7 +284,9 @@ class HeldWrenches:
         self._asked: dict[bool, tuple[Rows, Callable[..., Any]]] = {}  # by whether it turns
         self._blocks: tuple[Any, Any] = (None, None)  # into whose lanes `_writer` writes
         self._writer: Callable[..., Any] = _put_one
-        self._row_writer: tuple[Any, Callable[..., Any]] = (None, _put_row)  # of which table
+        # of which table; from principal axes, from body axes
+        self._row_writers: tuple[Any, Callable[..., Any], Callable[..., Any]]
+        self._row_writers = None, _put_row, _put_row
         self._table = np.zeros((0, COLUMNS))
         self._slots: dict[tuple[int, str], Slot] = {}
         self._rows: Rows | None = None  # then there are no other slots
@@ -276,12 +296,14 @@ class HeldWrenches:
         self._changed: set[int] | None = None  # bodies since the last `write`; None: any
         self._turning: dict[int, int] | None = {}  # core index: its row of `_table`; None: look
         self._at_once: dict[tuple[str, str, str], AtOnce] = {}  # by body, source and frame
+        self._written: dict[tuple[int, str], Written] = {}  # at once, and not in the slots yet
         self._is_settled = False  # whether lanes and rows are for these slots, whatever they ask
         self._take_at_once: Callable[..., Any] | None = None  # of rows that are in their lanes
 
     @property
     def slots(self) -> dict[tuple[int, str], Slot]:
         """Every slot by (core index, source): a copy."""
+        self._take_written()
         return dict(self._slots) if self._rows is None else self._rows.slots()
 
     @slots.setter
@@ -292,12 +314,23 @@ class HeldWrenches:
         self._unsettle()
         self.__dict__.update(  # one call of C: no interrupt comes between
             _slots=dict(slots),
+            _written={},
             _rows=None,
             _sources={core: tuple(names) for core, names in sources.items()},
             no_end_before=min((slot.until for slot in slots.values()), default=FOREVER),
             _is_exact=True,
             _changed=None,
         )
+
+    def _take_written(self) -> None:
+        """Put what was written at once into the slots, for who looks at their numbers."""
+        for key, (way, (a, b, c, x, y, z)) in self._written.items():
+            axes, until = way[4], way[5]
+            force, torque = (a, b, c), (x, y, z)
+            if axes is not None:
+                force, torque = turned_by(axes, force), turned_by(axes, torque)
+            self._slots[key] = _new_slot(Slot, (force, torque, axes is not None, until))
+        self._written = {}
 
     def _unsettle(self) -> None:
         """Note that slots come or go, or lie elsewhere: none is written at once before `write`."""
@@ -333,11 +366,12 @@ class HeldWrenches:
             core = self._layout.core(body)  # says what is wrong
         if frame.__class__ is not str or (frame != 'world' and frame != 'body'):
             frame = frame_of(self._records[core], frame)
-        pushed, turned = vector(force), vector(torque)
-        if pushed is None or turned is None:
-            pushed = checked_vector(f'command to {body!r}', 'force', force)
-            turned = checked_vector(f'command to {body!r}', 'torque', torque)
-        force, torque = pushed, turned
+        numbers = two_vectors(force, torque)
+        if numbers is None:
+            force = checked_vector(f'command to {body!r}', 'force', force)
+            torque = checked_vector(f'command to {body!r}', 'torque', torque)
+        else:
+            force, torque = numbers[:3], numbers[3:]
         if core >= self._layout.n_rigid and any(torque):
             raise InvalidModel(
                 f'command to {body!r}: torque {torque} on a point mass, which has no orientation; '
@@ -358,24 +392,22 @@ class HeldWrenches:
         whether that was so. False: nothing has changed.
         """
         try:
-            core, key, row, write, axes, ends = self._at_once[body, source, frame]
+            way = self._at_once[body, source, frame]
         except (KeyError, TypeError):  # TypeError: an array is no name
             return False
-        pushed, turned = vector(force), vector(torque)
-        changed = self._changed
-        if pushed is None or turned is None or until != ends:
+        core, key, row, write, _, ends = way
+        asked = two_vectors(force, torque)
+        if asked is None or until != ends:
             return False
-        if write is None:  # there is no slot, and none is needed for nothing
-            return pushed == NO_VECTOR == turned
+        if write is None or asked == NOTHING:
+            return write is None and asked == NOTHING  # no slot, and none is needed for nothing
+        changed = self._changed
         if changed is None:
             return False
-        if axes is not None:
-            pushed, turned = turned_by(axes, pushed), turned_by(axes, turned)
-        if pushed == NO_VECTOR == turned:
-            return False
         changed.add(core)  # an interrupt before it is written has `write` do it
-        self._slots[key] = _new_slot(Slot, (pushed, turned, axes is not None, until))
-        write(row, *pushed, *turned)
+        self._written[key] = way, asked
+        fx, fy, fz, tx, ty, tz = asked
+        write(row, fx, fy, fz, tx, ty, tz)  # half the time of `*asked`
         changed.discard(core)
         return True
 
@@ -390,7 +422,7 @@ class HeldWrenches:
         if frame != 'world':
             if self._turning is None or core not in self._turning:
                 return
-            row, write = self._turning[core], self._writer_of_row()
+            row, write = self._turning[core], self._writer_of_row(turns=True)
             axes = self._layout.principal_axes_as_rows(core)
         self._at_once[body, source, frame] = key[0], key, row, write, axes, until
 
@@ -399,6 +431,7 @@ class HeldWrenches:
     ) -> None:
         """Put what one source asks of a body into its slot; see `Simulation.hold`."""
         asked_frame = frame
+        self._take_written()
         core, force, torque, frame = self.checked(body, force, torque, frame)
         if source.__class__ is not str or source not in SOURCES:
             raise InvalidModel(
@@ -457,6 +490,7 @@ class HeldWrenches:
                 f"commands to all bodies: frame {shown(frame)}; allowed: 'world', 'body'; a frame "
                 'of one body is for set_wrench'
             )
+        self._take_written()
         turns = frame != 'world'
         asked, take = self._asked.get(turns) or self._make_rows(turns)
         others = {}
@@ -483,10 +517,18 @@ class HeldWrenches:
         take = self._take_at_once
         if take is None or frame.__class__ is not str or frame != 'world':
             return False
-        pushed, turned = self._flat(force), self._flat(torque)
-        if pushed is None or turned is None:
+        shape = self._shape
+        if force is None:
+            force = self._nothing
+        if torque is None:
+            torque = self._nothing
+        if not (
+            force.__class__ is torque.__class__ is _Array
+            and force.shape == shape == torque.shape
+            and force.dtype is torque.dtype is FLOATS
+        ):
             return False
-        return take(pushed, turned) == 0  # one call of C: no interrupt comes between
+        return take(flat(force), flat(torque)) == 0  # one call of C: no interrupt comes between
 
     def _make_rows(self, turns: bool) -> tuple[Rows, Callable[..., Any]]:
         """Make what keeps the rows of one kind, and what takes them over, all or none."""
@@ -503,9 +545,9 @@ class HeldWrenches:
         """Give rows of numbers, or zeros for None, as kernels take them; None: ask further."""
         if values is None:
             values = self._nothing
-        if values.__class__ is not np.ndarray or values.dtype is not FLOATS:
+        if values.__class__ is not _Array or values.shape != self._shape:
             return None
-        return argument(values.reshape(-1)) if values.shape == self._shape else None
+        return flat(values) if values.dtype is FLOATS else None
 
     def _checked_rows(self, force: Any, torque: Any, *, turns: bool) -> tuple[Array, Array]:
         """Return (n, 3) numbers in scene order that the bodies may be asked for."""
@@ -555,6 +597,7 @@ class HeldWrenches:
         """Let go of what ends before this tick; tell whether there was any."""
         if self.no_end_before > tick:
             return False
+        self._take_written()
         expired = [key for key, slot in self._slots.items() if slot.until <= tick]
         if self._changed is not None:
             self._changed.update(core for core, _ in expired)
@@ -580,6 +623,7 @@ class HeldWrenches:
         returns : force (m, 3) and torque (m, 3) in world axes without gravity, and the table of
                   what turns with the bodies: rows of `elements.held_body_wrench`
         """
+        self._take_written()
         if self._rows is not None:
             return self._rows.sums()
         force = np.zeros((self._layout.n_moving, 3))
@@ -656,12 +700,15 @@ class HeldWrenches:
         self._unsettle()
         self._writer, self._blocks = write, (translation, rotation)
 
-    def _writer_of_row(self) -> Callable[..., Any]:
+    def _writer_of_row(self, *, turns: bool = False) -> Callable[..., Any]:
         """Give what writes what turns with a body into its row of the table."""
-        if self._row_writer[0] is not self._table:
-            write = prepared(_put_row, (0, *NOTHING), (argument(self._table.reshape(-1)),))
-            self._row_writer = self._table, write
-        return self._row_writer[1]
+        if self._row_writers[0] is not self._table:
+            last = argument(self._layout.to_principal), flat(self._table)
+            as_it_is, turned = (
+                prepared(_put_row, (0, *NOTHING), (of_body, *last)) for of_body in (0, 1)
+            )
+            self._row_writers = self._table, as_it_is, turned
+        return self._row_writers[2 if turns else 1]
 
     def _write_all(self, translation: Array, rotation: Array) -> None:
         force, torque, table = self.sums()
@@ -719,6 +766,7 @@ class HeldWrenches:
     def _write_bodies(self, changed: set[int], translation: Array, rotation: Array) -> None:
         if not changed:
             return
+        self._take_written()
         if self._blocks[0] is not translation or self._blocks[1] is not rotation:
             self._make_writer(translation, rotation)
         put_one, all_sources, slots = self._writer, self._sources, self._slots

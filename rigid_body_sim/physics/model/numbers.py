@@ -21,6 +21,8 @@ NUMBERS = (int, float, np.integer, np.floating)
 NONE = (bool, np.timedelta64)  # which are of those classes, and no numbers
 USUAL = frozenset((float, np.float64))  # what they are as a rule
 FLOATS = np.dtype(np.float64)
+_Array = np.ndarray
+SixFloats = tuple[float, float, float, float, float, float]
 COUNTS = {3: 'three', 4: 'four'}
 
 
@@ -81,29 +83,38 @@ def numbers(value: Any, count: int, *, unit: str) -> tuple[float, ...]:
     return tuple(map(float, items))
 
 
-def vector(value: Any) -> tuple[float, float, float] | None:
+def two_vectors(first: Any, second: Any) -> SixFloats | None:
     """
-    Return three finite floats of a tuple, a list or an array as a controller gives them; None for
-    anything else, which may still be three numbers: see `numbers`.
+    Return six finite floats of two tuples, lists or arrays as a controller gives them; None for
+    anything else, which may still be numbers: see `numbers`.
     """
-    kind = value.__class__
     try:
-        if kind is np.ndarray:
-            if value.dtype is not FLOATS:
-                return None
-            x, y, z = value.tolist()
+        kind = first.__class__
+        if kind is _Array:
+            a, b, c = first.tolist()
         elif kind is tuple or kind is list:
-            x, y, z = value
-            if not (x.__class__ is float and y.__class__ is float and z.__class__ is float):
-                if not (x.__class__ in USUAL and y.__class__ in USUAL and z.__class__ in USUAL):
-                    return None
-                x, y, z = float(x), float(y), float(z)
+            a, b, c = first
         else:
             return None
-        total = x + y + z
-        return (x, y, z) if total - total == 0.0 else None  # no infinity, and a number
+        kind = second.__class__
+        if kind is _Array:
+            x, y, z = second.tolist()
+        elif kind is tuple or kind is list:
+            x, y, z = second
+        else:
+            return None
     except (TypeError, ValueError):  # an array or a list of another shape
         return None
+    if not (a.__class__ is b.__class__ is c.__class__ is float):
+        if not (a.__class__ in USUAL and b.__class__ in USUAL and c.__class__ in USUAL):
+            return None
+        a, b, c = float(a), float(b), float(c)
+    if not (x.__class__ is y.__class__ is z.__class__ is float):
+        if not (x.__class__ in USUAL and y.__class__ in USUAL and z.__class__ in USUAL):
+            return None
+        x, y, z = float(x), float(y), float(z)
+    total = a + b + c + x + y + z
+    return (a, b, c, x, y, z) if total - total == 0.0 else None  # no infinity, and a number
 
 
 def array_of_numbers(values: Any) -> np.ndarray | None:

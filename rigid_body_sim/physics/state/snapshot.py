@@ -9,6 +9,7 @@ One compiled pass over the blocks fills one array; a `State` is views of it.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -16,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.arrays import Record
-from rigid_body_sim.physics.compile.kernels import argument, kernel, prepared
+from rigid_body_sim.physics.compile.kernels import argument, flat, kernel, prepared
 from rigid_body_sim.physics.model import prescribed_motion
 from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.physics.model.inertia_over_time import moments_at
@@ -146,6 +147,10 @@ def _put_told(row: Array, path: Array, time: float) -> None:
     row[ANGULAR_VELOCITY_BODY:MOMENTUM] = so3.rotate_back(q, spin)
 
 
+# of an array and of the views of it; by the name of what it sets it takes twice as long
+_set_flags: Any = np.ndarray.setflags
+
+
 class State:
     """
     The bodies of a scene at one instant: a copy, in scene order, that cannot be written to.
@@ -165,8 +170,7 @@ class State:
         masses: Array | None = None,
         places: Mapping[str, int] | None = None,
     ) -> None:
-        # views of it are then read-only too; by name it takes twice as long
-        values.setflags(False)  # pyright: ignore[reportCallIssue]
+        _set_flags(values, False)
         self._values = values
         self._masses = masses
         self._places = places
@@ -231,6 +235,9 @@ class State:
     def angular_momentum(self) -> Array:
         """Angular momenta about the own centres of mass (n, 3) [kg m^2/s], world axes."""
         return self._values[_ANGULAR_MOMENTUM]
+
+
+_new_state = object.__new__  # a third of the time of the constructor
 
 
 class StateOfBody:
@@ -304,8 +311,6 @@ class StateReader:
             if body.motion is not None
         ]
         self._sizes = (layout.n_moving, layout.n_rigid)
-        self._shape = self._still.shape
-        self._is_filled = layout.n_rigid == len(layout.bodies)  # every number is written
         self._principal = argument(layout.principal.ravel())
         self._scene_index = argument(layout.moving)
         self._last: tuple[Any, Any, Callable[..., Any]] = (None, None, _read)  # blocks and reader
@@ -323,6 +328,9 @@ class StateReader:
         ]
         self._pivots = (len(rows), argument(np.array(rows, dtype=np.float64).reshape(-1)))
         self.is_timed = bool(self._told or self._changing or self._flowing)
+        is_filled = layout.n_rigid == len(layout.bodies)  # every number is written
+        self._begin = partial(np.empty, self._still.shape) if is_filled else self._still.copy
+        self._is_all = not (self.is_timed or self._pivots[0])  # whether the kernel writes all
 
     def _put_what_is_told(self, values: Array, rotation: Array, time: float) -> None:
         """Write motions that are told, and the moments of inertia of this time."""
@@ -348,18 +356,29 @@ class StateReader:
             out = _told(path, from_end_of_table(path, time))
             found[0, i], found[1, i] = out[linear], out[angular]
 
+    def _reader_of(self, translation: Array, rotation: Array) -> Callable[..., Any]:
+        """Make what reads these blocks."""
+        blocks_of_both = (argument(translation), argument(rotation))
+        last = (*self._sizes, *blocks_of_both, self._principal, self._scene_index)
+        read = prepared(_read, (flat(self._begin()),), last)
+        self._last = (translation, rotation, read)
+        return read
+
     def read(self, translation: Array, rotation: Array, time: float) -> State:
         """Read the state of all bodies, `time` [s] after the start of the scene."""
-        values = np.empty(self._shape) if self._is_filled else self._still.copy()
-        if self.is_timed:
-            self._put_what_is_told(values, rotation, time)
-        out = argument(values.ravel())  # a view
         of_translation, of_rotation, read = self._last
         if of_translation is not translation or of_rotation is not rotation:
-            blocks_of_both = (argument(translation), argument(rotation))
-            last = (*self._sizes, *blocks_of_both, self._principal, self._scene_index)
-            read = prepared(_read, (out,), last)
-            self._last = (translation, rotation, read)
+            read = self._reader_of(translation, rotation)
+        values = self._begin()
+        if self._is_all:
+            read(flat(values))
+            _set_flags(values, False)
+            state = _new_state(State)
+            state._values, state._masses, state._places = values, None, self._places
+            return state
+        if self.is_timed:
+            self._put_what_is_told(values, rotation, time)
+        out = flat(values)
         read(out)
         if self._pivots[0]:
             _move_to_centers(*self._pivots, out)
