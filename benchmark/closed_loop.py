@@ -8,7 +8,7 @@ What a controller in a Python loop pays: read the state, command, `step(1)`.
 Processor time of one round in microseconds, median and extremes of the repetitions; the cases take
 turns, so that a busy moment of the machine hits them alike. Free bodies tumble at 1 ms; the box
 stands on the ground. Each round reads position and angular velocity and gives another command, so
-nothing can be kept from the last one.
+nothing can be kept from the last one; a weak one, which acts to the end of the repetitions.
 """
 
 from __future__ import annotations
@@ -68,7 +68,8 @@ def rounds(bodies: int) -> dict[str, Callable[[], object]]:
 
         def one():
             at, spin = simulation.state.position[-1], simulation.state.angular_velocity[-1]
-            simulation.set_wrench(name, force=(-1e-3 * at[0], 0.0, 0.0), torque=-spin, frame=frame)
+            push, torque = (-1e-3 * at[0], 0.0, 1e-3), -1e-3 * spin
+            simulation.set_wrench(name, force=push, torque=torque, frame=frame)
             simulation.step(1)
 
         return one

@@ -29,10 +29,12 @@ from rigid_body_sim.physics.contact.settings import EVENT
 from rigid_body_sim.physics.contact.solver import batch_record
 from rigid_body_sim.physics.contact.solver.iterations import solver
 from rigid_body_sim.physics.contact.world import ContactWorld
+from rigid_body_sim.physics.forces import held_wrenches
 from rigid_body_sim.physics.forces.acting_elements import ActingElements
 from rigid_body_sim.physics.forces.elements import FORCES, held_body_wrench
 from rigid_body_sim.physics.forces.tables import stacked
 from rigid_body_sim.physics.integration import integrators
+from rigid_body_sim.physics.state import snapshot
 from rigid_body_sim.scene import document
 
 PAIRS = tuple((a, b) for a in range(PLANE) for b in range(a, PLANE + 1))  # ground aside
@@ -433,7 +435,11 @@ def run_plain(patch):
     patch.setattr(kernels, 'kernel', lambda function, **how: made(function, inline=False, **how))
     patch.setattr(kernels, 'inline', lambda function: made(function, inline=True))
     patch.setattr(Kernel, '__call__', lambda self, *arguments: self.py_func(*arguments))
-    patch.setattr(Kernel, 'prepared', lambda self, first, last: behind(self.py_func, last))
+    patch.setattr(
+        Kernel, 'prepared', lambda self, _first, last, **_how: behind(self.py_func, last)
+    )
+    for module in (held_wrenches, snapshot):
+        patch.setattr(module, 'flat', kernels.flat_plain)
 
 
 class _OfAnyTicks:

@@ -77,6 +77,7 @@ Array = NDArray[np.float64]
 METHOD, WORKSPACE = 4, 5  # their places among the arguments of a kernel
 # [body tick] of a call from which free bodies go on several threads: some 2 ms of one
 WORTH_THREADS = 200_000
+BRIEF = 1000  # free bodies in whose tick (20 us) no other thread of Python gets its turn
 PARTS_OF_EACH = 2  # of a thread: more wait for each other less, and cost a call each
 CHUNK = 1000  # [tick] between two copies of the state, to which a run returns that goes wrong
 # [body tick] the same where bodies meet; more: an interrupt waits longer and costs more ticks
@@ -226,7 +227,7 @@ class Stepper:
             sizes = np.array([kept.shape[1] for kept, _ in self._moving_rows], dtype=np.int64)
             kept = (argument(kept.reshape(-1)) for kept, _ in self._moving_rows)
             last = (*self._arguments[:METHOD], argument(sizes), *kept)
-            self._keep = prepared(keep_motion, (), last)
+            self._keep = prepared(keep_motion, (), last, brief=True)
         self._keep()
         of_contact = None if self.contact is None else (self.contact.keep(),)
         self.undo = undo = (self.tick, of_contact, None, None)
@@ -540,7 +541,7 @@ class Stepper:
         if elements.schedule is None:
             done = self._advance(kernel, ticks, tick, h)
             if done == ticks == 1:
-                self._note_one_tick(h)
+                self._note_one_tick(tick, h)
             return done
         done = 0
         while done < ticks:
@@ -561,14 +562,19 @@ class Stepper:
                 break
         return done
 
-    def _note_one_tick(self, h: float) -> None:
+    def _note_one_tick(self, tick: float, h: float) -> None:
         """
         Note how the tick that was done is done again, for who looks at each one; `_one_tick` is
         None again where arguments, method, or who looks at the work are others.
         """
         looks = self.work is not None or (self.contact is not None and self.contact.has_events)
-        if self._keep is not None and not (looks or self._parts):
-            self._one_tick = h, self._substeps, h / self._substeps, self._keep, self._call
+        if self._keep is None or looks or self._parts:
+            return
+        n, call = self._substeps, self._call
+        if self.contact is None and self._elements.do_nothing and self._layout.n_moving <= BRIEF:
+            kernel, arguments = self._called
+            call = prepared(kernel, (n, n * tick, h / n), arguments, brief=True)
+        self._one_tick = h, n, h / n, self._keep, call
 
     def _advance_in_pieces(
         self, kernel: Callable[..., Any], tick: float, cuts: list[float], h: float

@@ -256,9 +256,25 @@ begin:
   %arguments = phi ptr [ %first, %list ], [ %all, %join ]
 {checks}
 {takes}
-  %thread = call ptr @PyEval_SaveThread()
+  %name_at = getelementptr inbounds i8, ptr %self, i64 {_ITEMS}
+  %name = load ptr, ptr %name_at
+  %class_at = getelementptr inbounds i8, ptr %name, i64 {_TYPE}
+  %class = load ptr, ptr %class_at
+  %lets_go = icmp eq ptr %class, @the_str
+  br label %ready
+ready:
+  br i1 %lets_go, label %let_go, label %run
+let_go:
+  %own = call ptr @PyEval_SaveThread()
+  br label %run
+run:
+  %thread = phi ptr [ null, %ready ], [ %own, %let_go ]
   %status = call i32 @"{bitcode.symbol}"({', '.join(writer.given)})
+  br i1 %lets_go, label %take_again, label %look
+take_again:
   call void @PyEval_RestoreThread(ptr %thread)
+  br label %look
+look:
   %stopped = icmp ne i32 %status, 0
   br i1 %stopped, label %stop, label %done
 done:
@@ -267,8 +283,6 @@ done:
 stop:
   %wide = sext i32 %status to i64
   %number = call ptr @PyLong_FromLongLong(i64 %wide)
-  %name_at = getelementptr inbounds i8, ptr %self, i64 {_ITEMS}
-  %name = load ptr, ptr %name_at
   %what = call ptr (i64, ...) @PyTuple_Pack(i64 2, ptr %name, ptr %number)
   call void @PyErr_SetObject(ptr @the_error, ptr %what)
   ret ptr null

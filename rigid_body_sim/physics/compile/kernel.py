@@ -97,13 +97,15 @@ class Kernel:
         self._last = image
         return lambda *these: image(*map(usual, members(these)))
 
-    def prepared(self, first: Sequence[Any], last: Sequence[Any]) -> Callable[..., Any]:
+    def prepared(
+        self, first: Sequence[Any], last: Sequence[Any], *, brief: bool = False
+    ) -> Callable[..., Any]:
         """Give the kernel with its last arguments at hand: see `kernels.prepared`."""
         arguments = (*first, *last)
         kinds = None if self._images is None else kinds_of(arguments)
         self._found_for(arguments)
         image = None if kinds is None else self._found[kinds]
-        return behind(self, last) if image is None else with_last(image, last)
+        return behind(self, last) if image is None else with_last(image, last, brief=brief)
 
     def __call__(self, *arguments: Any) -> Any:
         """Run the kernel."""

@@ -52,9 +52,10 @@ def agrees(image: Callable[..., Any]) -> bool:
         if image(*given[:i], str(one), *given[i + 1 :]) is not NotImplemented:
             return False
     for count in range(len(given)):
-        prepared = with_last(image, given[count:])
-        if prepared(*given[:count]) != probe(*expected) or prepared(*given) is not NotImplemented:
-            return False
+        for brief in (False, True):
+            ready = with_last(image, given[count:], brief=brief)
+            if ready(*given[:count]) != probe(*expected) or ready(*given) is not NotImplemented:
+                return False
     if not all(np.array_equal(a, b) for a, b in zip(given, expected, strict=True)):
         return False
     try:

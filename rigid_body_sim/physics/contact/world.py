@@ -244,7 +244,8 @@ class ContactWorld:
         version, kept, copy, is_all = self._kept
         if version != arrays.version:
             kept = np.zeros_like(arrays.cache)
-            copy = prepared(keep_cache, (), (argument(arrays.cache), argument(kept)))
+            last = argument(arrays.cache), argument(kept)
+            copy = prepared(keep_cache, (), last, brief=True)
             is_all = self._sleepers is None and not (self._events or arrays.drives.size)
             self._kept = arrays.version, kept, copy, is_all
         copy()

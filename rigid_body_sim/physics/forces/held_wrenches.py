@@ -538,7 +538,7 @@ class HeldWrenches:
         still, axes = argument(self._still), argument(layout.to_principal)
         last = (argument(layout.moving), still, layout.n_rigid, int(turns), axes, *kept)
         nothing = argument(self._nothing.reshape(-1))
-        self._asked[turns] = made, prepared(_take_rows, (nothing, nothing), last)
+        self._asked[turns] = made, prepared(_take_rows, (nothing, nothing), last, brief=True)
         return self._asked[turns]
 
     def _flat(self, values: Any) -> Any:
@@ -696,7 +696,7 @@ class HeldWrenches:
     def _make_writer(self, translation: Array, rotation: Array) -> None:
         """Make what writes into the lanes of these blocks."""
         arrays = [argument(array) for array in (self._weight.reshape(-1), translation, rotation)]
-        write = prepared(_put_one, (0, *NOTHING), (self._layout.n_rigid, *arrays))
+        write = prepared(_put_one, (0, *NOTHING), (self._layout.n_rigid, *arrays), brief=True)
         self._unsettle()
         self._writer, self._blocks = write, (translation, rotation)
 
@@ -704,9 +704,9 @@ class HeldWrenches:
         """Give what writes what turns with a body into its row of the table."""
         if self._row_writers[0] is not self._table:
             last = argument(self._layout.to_principal), flat(self._table)
-            as_it_is, turned = (
-                prepared(_put_row, (0, *NOTHING), (of_body, *last)) for of_body in (0, 1)
-            )
+            first = (0, *NOTHING)
+            as_it_is = prepared(_put_row, first, (0, *last), brief=True)
+            turned = prepared(_put_row, first, (1, *last), brief=True)
             self._row_writers = self._table, as_it_is, turned
         return self._row_writers[2 if turns else 1]
 
@@ -743,10 +743,10 @@ class HeldWrenches:
         arrays = [argument(array) for array in (self._weight.reshape(-1), translation, rotation)]
         given = [argument(array.reshape(-1)) for array in (asked.force, asked.torque)]
         table = np.zeros((sizes[1], COLUMNS))
-        listed = prepared(_list_turning, (), (*given, sizes[1], argument(table.reshape(-1))))
+        listed = prepared(_list_turning, (), (*given, sizes[1], flat(table)), brief=True)
         if asked.turns_with_body:
             given = [argument(np.zeros(3 * sizes[0]))] * 2
-        return prepared(_put_all, (), (*given, *sizes, *arrays)), listed, table
+        return prepared(_put_all, (), (*given, *sizes, *arrays), brief=True), listed, table
 
     def _taker_at_once(
         self, asked: Rows, translation: Array, rotation: Array
@@ -761,7 +761,7 @@ class HeldWrenches:
             argument(layout.to_principal), *(argument(array.reshape(-1)) for array in arrays),
             argument(translation), argument(rotation),
         )  # fmt: skip
-        return prepared(_take_and_put_rows, (nothing, nothing), last)
+        return prepared(_take_and_put_rows, (nothing, nothing), last, brief=True)
 
     def _write_bodies(self, changed: set[int], translation: Array, rotation: Array) -> None:
         if not changed:

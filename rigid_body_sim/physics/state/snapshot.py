@@ -360,7 +360,7 @@ class StateReader:
         """Make what reads these blocks."""
         blocks_of_both = (argument(translation), argument(rotation))
         last = (*self._sizes, *blocks_of_both, self._principal, self._scene_index)
-        read = prepared(_read, (flat(self._begin()),), last)
+        read = prepared(_read, (flat(self._begin()),), last, brief=True)
         self._last = (translation, rotation, read)
         return read
 
