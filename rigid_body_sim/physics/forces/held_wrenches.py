@@ -66,6 +66,7 @@ FOREVER = 2**62  # [tick]
 NOTHING = (0.0,) * 6  # force [N] and torque [N m]
 NO_VECTOR: Vector = (0.0, 0.0, 0.0)
 LARGEST = sys.float_info.max
+WRENCH = 6  # rows: FORCE and HELD_FORCE, or TORQUE and HELD_TORQUE, follow each other
 BODY, RIGID = held_body_wrench.BODY, held_body_wrench.RIGID
 TURNING_FORCE, TURNING_TORQUE = held_body_wrench.FORCE, held_body_wrench.TORQUE
 COLUMNS = held_body_wrench.COLUMNS
@@ -284,6 +285,9 @@ class HeldWrenches:
         self._asked: dict[bool, tuple[Rows, Callable[..., Any]]] = {}  # by whether it turns
         self._blocks: tuple[Any, Any] = (None, None)  # into whose lanes `_writer` writes
         self._writer: Callable[..., Any] = _put_one
+        # blocks of translation, their lanes of FORCE and HELD_FORCE, what these hold where nothing
+        # is commanded, and lanes of torques: to be written again, as behind a reset
+        self._weights: tuple[Array, Array, Array, Array] | None = None
         # of which table; from principal axes, from body axes
         self._row_writers: tuple[Any, Callable[..., Any], Callable[..., Any]]
         self._row_writers = None, _put_row, _put_row
@@ -711,6 +715,11 @@ class HeldWrenches:
         return self._row_writers[2 if turns else 1]
 
     def _write_all(self, translation: Array, rotation: Array) -> None:
+        if not self._sources and self._weights and self._weights[0] is translation:
+            _, lanes, weights, turning_lanes = self._weights
+            lanes[...], turning_lanes[...] = weights, 0.0
+            self._table, self._turning = self._table[:0], {}
+            return
         force, torque, table = self.sums()
         with np.errstate(over='ignore', invalid='ignore'):
             force += self._weight
@@ -722,6 +731,10 @@ class HeldWrenches:
                 scatter(array, size, held, values)
                 rows(array, size, total, 3)[:] = rows(array, size, held, 3)
         self._table, self._turning = table, None
+        if not self._sources:
+            lanes = rows(translation, TRANSLATION, FORCE, WRENCH)
+            turning_lanes = rows(rotation, ROTATION, TORQUE, WRENCH)
+            self._weights = translation, lanes, lanes.copy(), turning_lanes
 
     def _write_rows(self, asked: Rows, translation: Array, rotation: Array) -> None:
         """Do what `_write_all` does, for what is asked of all at once."""
