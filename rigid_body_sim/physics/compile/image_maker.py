@@ -31,6 +31,7 @@ from __future__ import annotations
 import json
 import os
 import struct
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from itertools import islice
@@ -258,23 +259,7 @@ begin:
 {takes}
   %name_at = getelementptr inbounds i8, ptr %self, i64 {_ITEMS}
   %name = load ptr, ptr %name_at
-  %class_at = getelementptr inbounds i8, ptr %name, i64 {_TYPE}
-  %class = load ptr, ptr %class_at
-  %lets_go = icmp eq ptr %class, @the_str
-  br label %ready
-ready:
-  br i1 %lets_go, label %let_go, label %run
-let_go:
-  %own = call ptr @PyEval_SaveThread()
-  br label %run
-run:
-  %thread = phi ptr [ null, %ready ], [ %own, %let_go ]
-  %status = call i32 @"{bitcode.symbol}"({', '.join(writer.given)})
-  br i1 %lets_go, label %take_again, label %look
-take_again:
-  call void @PyEval_RestoreThread(ptr %thread)
-  br label %look
-look:
+{_call(bitcode.symbol, writer.given)}
   %stopped = icmp ne i32 %status, 0
   br i1 %stopped, label %stop, label %done
 done:
@@ -292,6 +277,29 @@ other:
   call void @Py_IncRef(ptr @the_other)
   ret ptr @the_other
 }}
+"""
+
+
+def _call(symbol: str, given: Sequence[str]) -> str:
+    """Write the call of a kernel, without Python's lock but for a `image.BriefName`."""
+    return f"""
+  %class_at = getelementptr inbounds i8, ptr %name, i64 {_TYPE}
+  %class = load ptr, ptr %class_at
+  %lets_go = icmp eq ptr %class, @the_str
+  br label %ready
+ready:
+  br i1 %lets_go, label %let_go, label %run
+let_go:
+  %own = call ptr @PyEval_SaveThread()
+  br label %run
+run:
+  %thread = phi ptr [ null, %ready ], [ %own, %let_go ]
+  %status = call i32 @"{symbol}"({', '.join(given)})
+  br i1 %lets_go, label %take_again, label %look
+take_again:
+  call void @PyEval_RestoreThread(ptr %thread)
+  br label %look
+look:
 """
 
 
