@@ -267,6 +267,8 @@ def test_last_arguments_at_hand_are_looked_at_as_the_others_are(images):
     more = made(images, is_more, 1.0, n)
     assert (with_last(more, [n])(4.0), with_last(more, [n])(3.0)) == (True, False)
     assert with_last(more, [n])(4) is NotImplemented  # an integer, where a float was
+    brief = with_last(more, [n], brief=True)
+    assert (brief(4.0), brief(3.0), brief(4)) == (True, False, NotImplemented)
 
 
 def test_a_prepared_kernel_is_the_kernel(images):
