@@ -517,9 +517,10 @@ class Simulation:
             self._settle()
         # a meter, and who follows what is held, have to know of every change
         is_told = self._watch is not None or self._stepper.work is not None
+        was_changed, self._held_changed = self._held_changed, True  # before it is so: an interrupt
         if self._commanded and not is_told and self._held.put_rows_at_once(force, torque, frame):
+            self._held_changed = was_changed
             return
-        self._held_changed = True  # before it is so: an interrupt may come in between
         self._held.put_rows(force=force, torque=torque, frame=frame)
         if self._watch is not None:
             shape = (len(self.scene.bodies), 3)

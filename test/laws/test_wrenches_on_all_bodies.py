@@ -39,19 +39,22 @@ def test_it_is_a_call_for_each_body_to_the_bit(frame):
         assert np.array_equal(at_once.applied_wrench(), one_by_one.applied_wrench())
 
 
-def test_other_rows_in_each_tick_are_other_calls_for_each_body():
+@pytest.mark.parametrize('frame', ['world', 'body'])
+def test_other_rows_in_each_tick_are_other_calls_for_each_body(frame):
     steady, one_by_one = Simulation(SCENE), Simulation(SCENE)
     rng = np.random.default_rng(4)
     for tick in range(24):
         force, torque = (rows * rng.normal(size=(4, 1)) for rows in (FORCE, TORQUE))
         if tick % 9 == 8:
             torque = np.zeros_like(TORQUE)
-        steady.set_wrenches(force=force, torque=torque)
+        force[3] *= frame == 'world'
+        steady.set_wrenches(force=force, torque=torque, frame=frame)
         with pytest.raises(InvalidModel):  # changes nothing
-            steady.set_wrenches(force=force * np.nan, torque=torque)
+            steady.set_wrenches(force=force * np.nan, torque=torque, frame=frame)
         for i, body in enumerate(SCENE.bodies):
             if not body.fixed:
-                one_by_one.set_wrench(body.name, force=force[i], torque=torque[i])
+                axes = 'world' if body.name == 'stone' else frame
+                one_by_one.set_wrench(body.name, force=force[i], torque=torque[i], frame=axes)
         for simulation in (steady, one_by_one):
             if tick % 7 == 3:  # one of them alone, and another source
                 simulation.set_wrench('ball', force=(7, 0, 0), frame='body')

@@ -189,6 +189,28 @@ def _list_turning(forces, torques, n_rigid, table):
     return count
 
 
+@kernel
+def _take_and_list_rows(
+    given_force, given_torque, scene_index, still, n_rigid, axes, force, torque, table
+):
+    """
+    Do what `_take_rows` does, in body axes, and at once what `_list_turning` does of the rows; -1:
+    these are not as many as the table has, which stays as it is.
+    """
+    wrong = _take_rows(
+        given_force, given_torque, scene_index, still, n_rigid, 1, axes, force, torque
+    )
+    if wrong == 0:
+        count = 0
+        for core in range(n_rigid):
+            if _is_asked(force, core) or _is_asked(torque, core):
+                count += 1
+        if COLUMNS * count != len(table):
+            return -1
+        _list_turning(force, torque, n_rigid, table)
+    return wrong
+
+
 class Slot(NamedTuple):
     """
     One held command.
@@ -222,7 +244,8 @@ class Rows:
     force, torque    : (m, 3) [N], [N m]  core order; world axes, or principal axes
     turns_with_body  : which of the two
     writers          : who writes them into lanes: see `HeldWrenches`
-    take_at_once     : who takes over others and writes them; None where they turn
+    take_at_once     : who takes over others and writes them
+    table            : where they write what turns
     """
 
     force: Array
@@ -230,6 +253,7 @@ class Rows:
     turns_with_body: bool
     writers: tuple[Any, ...] | None = None
     take_at_once: Callable[..., Any] | None = None
+    table: Any = None
 
     def acting(self) -> NDArray[np.intp]:
         """Find the bodies of which something is asked."""
@@ -264,8 +288,8 @@ class HeldWrenches:
     touches the bodies commanded since the last one, and no more.
 
     The lone source of a rigid body that asks for other numbers, and for nothing else, has them in
-    their lanes at once (`put_at_once`), and so have all bodies those of rows in world axes that
-    follow such rows (`put_rows_at_once`): that is what a controller does in every tick.
+    their lanes at once (`put_at_once`), and so have all bodies those of rows that follow rows in
+    the same axes (`put_rows_at_once`): that is what a controller does in every tick.
     """
 
     def __init__(self, layout: Layout, gravity: Vector) -> None:
@@ -515,11 +539,13 @@ class HeldWrenches:
 
     def put_rows_at_once(self, force: Any, torque: Any, frame: str) -> bool:
         """
-        Do what `put_rows` does, and write it, where rows in world axes follow such rows; tell
-        whether that was so. False: nothing has changed.
+        Do what `put_rows` does, and write it, where rows follow others in the same axes; tell
+        whether that was so. False: nothing has changed, or `put_rows` is to do it all.
         """
-        take = self._take_at_once
-        if take is None or frame.__class__ is not str or frame != 'world':
+        take, asked = self._take_at_once, self._rows
+        if take is None or asked is None or frame.__class__ is not str:
+            return False
+        if frame != ('body' if asked.turns_with_body else 'world'):
             return False
         shape = self._shape
         if force is None:
@@ -532,7 +558,11 @@ class HeldWrenches:
             and force.dtype is torque.dtype is FLOATS
         ):
             return False
-        return take(flat(force), flat(torque)) == 0  # one call of C: no interrupt comes between
+        self._changed = None  # an interrupt before all is there has `write` do it
+        if take(flat(force), flat(torque)) != 0:
+            return False
+        self._changed = set()
+        return True
 
     def _make_rows(self, turns: bool) -> tuple[Rows, Callable[..., Any]]:
         """Make what keeps the rows of one kind, and what takes them over, all or none."""
@@ -691,7 +721,10 @@ class HeldWrenches:
             self._unsettle()
         self._table, self._changed = table, set()
         self._is_settled = self._rows is None and self._blocks[0] is not None
-        self._take_at_once = None if self._rows is None else self._rows.take_at_once
+        asked = self._rows
+        if asked is not None and asked.turns_with_body and asked.table is not table:
+            asked.take_at_once, asked.table = self._taker_of_turning(asked, table), table
+        self._take_at_once = None if asked is None else asked.take_at_once
 
     def prepare(self, translation: Array, rotation: Array) -> None:
         """Compile what writes the commands to single bodies into these blocks."""
@@ -740,7 +773,8 @@ class HeldWrenches:
         """Do what `_write_all` does, for what is asked of all at once."""
         if asked.writers is None or asked.writers[0] is not translation:
             asked.writers = (translation, *self._writers_of(asked, translation, rotation))
-            asked.take_at_once = self._taker_at_once(asked, translation, rotation)
+            if not asked.turns_with_body:
+                asked.take_at_once = self._taker_at_once(asked, translation, rotation)
         _, put, list_turning, table = asked.writers
         put()
         if asked.turns_with_body:
@@ -761,12 +795,19 @@ class HeldWrenches:
             given = [argument(np.zeros(3 * sizes[0]))] * 2
         return prepared(_put_all, (), (*given, *sizes, *arrays), brief=True), listed, table
 
+    def _taker_of_turning(self, asked: Rows, table: Array) -> Callable[..., Any]:
+        """Make what takes over rows in body axes and lists them where what turns lies now."""
+        layout, nothing = self._layout, flat(self._nothing)
+        last = (
+            argument(layout.moving), argument(self._still), layout.n_rigid,
+            argument(layout.to_principal), flat(asked.force), flat(asked.torque), flat(table),
+        )  # fmt: skip
+        return prepared(_take_and_list_rows, (nothing, nothing), last, brief=True)
+
     def _taker_at_once(
         self, asked: Rows, translation: Array, rotation: Array
-    ) -> Callable[..., Any] | None:
+    ) -> Callable[..., Any]:
         """Make what takes over rows in world axes and writes them into lanes, all or none."""
-        if asked.turns_with_body:
-            return None
         layout, nothing = self._layout, argument(self._nothing.reshape(-1))
         arrays = (asked.force, asked.torque, self._weight)
         last = (
