@@ -9,7 +9,8 @@ the displacement and the turn of the tick (free motion), a vertex reaches
 
     e = min(s, s'),   s' the separation after them
 
-Those with an e up to SKIN of the size count, or else the four of the least e. Of more than four
+Those with an e up to SKIN of the size above the least count, and above the plane, or else the four
+of the least e: of a face that is still apart no four on one side, by rounding. Of more than four
 the manifold holds those of the last tick, or else those that lie farthest along four directions
 fixed in the hull, and those of the least e, as in `extreme_points`, but from the vertices where
 they stand: a mesh may have thousands below the margin. Where all four lie on one side, one of them
@@ -267,7 +268,7 @@ def choose(
                 least, deepest = low, place
     if count <= MOST:
         return count
-    limit = max(fourth, SKIN * radius)
+    limit = max(fourth, max(least, 0.0) + SKIN * radius)
     shallow = _held(parameters, first, last, now, after, margin, limit, found)
     if shallow == math.inf:
         shallow = _choose_extremes(
