@@ -34,6 +34,7 @@ TICKS = 10
 # work up over substeps, not the tick, and evaluates what acts anew as a tick begins; and it
 # evaluates a spring in each substep, where the kernel of the scene corrects that of the last one
 ROUND_OFF = {'flows': 1e-14, 'driven': 1e-14, 'belt': 1e-14, 'pulled': 1e-14}
+ROUND_OFF['driven, pulled'] = ROUND_OFF['driven'] + ROUND_OFF['pulled']
 
 BRICK = box('brick', (0.3, 0.2, 0.1), (0, 0, 0.07), turn=(1, 2, 3))
 BALL = ball('ball', 0.1, (0.05, 0, 0.25), velocity=(0, 0, -1))

@@ -92,8 +92,8 @@ from rigid_body_sim.physics.contact.solver import (
     manifold_constraints,
     pair_materials,
     pivots,
+    surface_chain,
     variable_mass,
-    whole_surface,
 )
 from rigid_body_sim.physics.contact.solver.iterations import PASSES
 from rigid_body_sim.physics.contact.solver.softness import Softness
@@ -1091,7 +1091,7 @@ def _bound_bounces(
         batch_count, WIDTH, now.substep, now.substeps, touching, constraints.batches,
         constraints.rows, bodies,
     )  # fmt: skip
-    whole_surface.link(
+    surface_chain.link(
         constraints.order[: counts[tick_counts.MANIFOLDS]], constraints.manifolds,
         constraints.rows, constraints.scratch,
     )  # fmt: skip

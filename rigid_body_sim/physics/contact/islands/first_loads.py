@@ -29,6 +29,7 @@ from rigid_body_sim.physics.contact.solver import (
     contact_point,
     solve,
     static_sink,
+    surface_chain,
     wide_lanes,
 )
 from rigid_body_sim.physics.contact.touching import bodies_of, lane_of, moving_body_of
@@ -133,20 +134,26 @@ def recall_loads(
     """
     manifolds, rows = constraints.manifolds, constraints.rows
     _mark_impacts(width, static, constraints, roots, sizes, bodies)
+    surface_chain.note_impulses(width, rows, constraints.scratch)
     for index in range(len(constraints.order)):
         manifold = constraints.order[index]
         lane = lane_of(manifold, manifolds)
         rests = sizes[find(moving_body_of(lane, static, rows), roots)] != 0
         points = int(manifolds[manifold * manifold_record.SIZE + manifold_record.POINT_COUNT])
         rows[lane + constraint.TOUCHED] = 0.0
-        load = 0.0
+        load, pressed = 0.0, rows[lane + constraint.OTHERS_IMPULSE]
         for point in range(points):
             row = lane + constraint.SIZE + point * width
             if not rests:
                 rows[row + contact_point.NORMAL_IMPULSE] = 0.0
                 rows[row + contact_point.TANGENT_IMPULSE_1] = 0.0
                 rows[row + contact_point.TANGENT_IMPULSE_2] = 0.0
+            pressed += rows[row + contact_point.NORMAL_IMPULSE]
             mass = rows[row + contact_point.NORMAL_MASS]
             if mass > 0.0:
                 load += rows[row + contact_point.NORMAL_IMPULSE] / (h * mass)
-        static_sink.begin(lane, h, load / points, rows)
+        load /= points
+        spring = rows[lane + constraint.SPRING_MASS]
+        if spring > 0.0:
+            load = pressed / (h * spring) if rests else 0.0
+        static_sink.begin(lane, h, load, rows)

@@ -38,7 +38,7 @@ from rigid_body_sim.physics.contact.solver import (
     wide_lanes,
 )
 from rigid_body_sim.physics.contact.solver.constraint import LANES
-from rigid_body_sim.physics.contact.solver.warm_start import lasting_share
+from rigid_body_sim.physics.contact.solver.warm_start import share_of_point
 from rigid_body_sim.physics.vectors import (
     add,
     dot,
@@ -64,7 +64,7 @@ def _load(lane: int, points: int, width: int, rows: Array) -> Any:
     for point in range(first, first + points * width, width):
         impulse = rows[point + contact_point.NORMAL_IMPULSE]
         total += impulse
-        lasts += lasting_share(rows, point) * impulse
+        lasts += share_of_point(point, rows) * impulse
     return lasts, lasts / total if total > 0.0 else 0.0
 
 

@@ -23,10 +23,13 @@ from typing import Any
 
 from rigid_body_sim.physics.arrays import Array
 from rigid_body_sim.physics.compile.kernels import inline, slot, specialise
+from rigid_body_sim.physics.contact.collision.geometry import manifold
 from rigid_body_sim.physics.contact.solver import (
     constraint,
     contact_point,
+    face_spring,
     lane_scratch,
+    surface_chain,
     wide_lanes,
 )
 from rigid_body_sim.physics.contact.solver.solve import OPEN, soft_law
@@ -53,7 +56,7 @@ SOFT = slot('[-] whether overlaps are soft, before the motion')
 BOUNCING = slot('[-] whether it is the impulse of restitution')
 WIDTH = slot('[-] numbers of a point')
 TURNS = slot('[-] whether the inertia of anything turns with it, or changes')
-law = slot('kernel (constraints, points, lane, ...): J, b, m sigma, iota, and who takes part')
+law = slot('kernel (constraints, points, ...): b + c J, m sigma, iota, and who takes part')
 give_to_point = slot('kernel (row, common, points): gives a point its part')
 
 
@@ -67,11 +70,11 @@ def any_stirs(used: int, scratch: Array) -> bool:
 
 
 def _law(
-    constraints: Array, points: Array, lane: int, row: int, along: float, inverse_h: float,
-    slop: float, cap: float,
+    constraints: Array, points: Array, scratch: Array, lane: int, row: int, along: float,
+    inverse_h: float, slop: float, cap: float,
 ) -> Any:  # fmt: skip
     """
-    Return what `solve` has for a point: J, b, m sigma, iota, and whether it takes part: what
+    Return what `solve` has for a point: b + c J, m sigma, iota, and whether it takes part: what
     presses, or is about to.
 
     row   : where the point begins in this lane
@@ -94,9 +97,14 @@ def _law(
     elif SOFT:
         impulse = points[row + contact_point.NORMAL_IMPULSE]
         sudden = impulse - 2.0 * points[row + contact_point.WARM_NORMAL]
-        mass, bias, iota = soft_law(
-            constraints, lane, mass, separation, impulse, sudden, inverse_h, slop, cap
+        one_spring = constraints[lane + constraint.SPRING_MASS] > 0.0
+        beyond = scratch[lane + lane_scratch.SPRING_IMPULSE] if one_spring else impulse
+        bias, softness = soft_law(
+            constraints, lane, mass, separation, beyond, sudden, inverse_h, slop, cap
         )
+        mass /= 1.0 + softness * mass
+        iota = softness * mass
+        bias += softness * beyond
     else:
         impulse = points[row + contact_point.NORMAL_IMPULSE]
         is_new = points[row + contact_point.WARM_NORMAL] <= 0.0
@@ -104,7 +112,7 @@ def _law(
         may = not (is_open & (bounces > 0.0) & (impulse <= 0.0))
     # rows that have no point have no mass
     takes_part = may & (mass > 0.0) & ((impulse > 0.0) | (along + bias < 0.0))
-    return impulse, bias, mass, iota, takes_part
+    return bias, mass, iota, takes_part
 
 
 @inline
@@ -124,7 +132,7 @@ def _sums_of_point(
     row: int, asked: bool, motion: Any, origin: Any, found: Any, points: Array
 ) -> Any:
     """
-    Return what a point adds to the sums of its lane: 1, m sigma, m sigma b + iota J, iota, the
+    Return what a point adds to the sums of its lane: 1, m sigma, m sigma (b + c J), iota, the
     squares of its way from the first point and of what the turn gives it along the normal, and
     both arms; nothing where it takes no part.
 
@@ -134,7 +142,7 @@ def _sums_of_point(
     origin : arm of the first point on B [m]
     found  : of it, see `_law`
     """
-    impulse, bias, stiff, iota, takes_part = found
+    bias, stiff, iota, takes_part = found
     takes_part = takes_part & asked
     share = 1.0 if takes_part else 0.0
     bias = bias if takes_part else 0.0
@@ -144,7 +152,7 @@ def _sums_of_point(
     rise = dot(motion[1], way)
     points[row + contact_point.TAKES_PART] = share
     return (
-        share, stiff, stiff * bias + iota * impulse, iota, share * dot(way, way),
+        share, stiff, stiff * bias, iota, share * dot(way, way),
         share * (rise * rise), scale(share, arm_a), scale(share, arm_b),
     )  # fmt: skip
 
@@ -183,19 +191,22 @@ def _sum_up(
     near   : points of each lane that are asked
     points : all points of each lane
     """
+    if SOFT and surface_chain.any_whole(scratch):
+        # what lies with a face of others rolls on no rim
+        face_spring.find_impulses(lanes, manifold.MOST, WIDTH, False, constraints, points, scratch)
     for lane in range(lanes):
         motion = _find_motion(lane, TURNS, constraints, scratch)
         origin = wide_lanes.vector(points, lane + contact_point.ARM_B)
-        found = law(constraints, points, lane, lane, motion[0], inverse_h, slop, cap)
+        found = law(constraints, points, scratch, lane, lane, motion[0], inverse_h, slop, cap)
         sums = _sums_of_point(lane, near > 0, motion, origin, found, points)
         row = lane + WIDTH
-        found = law(constraints, points, lane, row, motion[0], inverse_h, slop, cap)
+        found = law(constraints, points, scratch, lane, row, motion[0], inverse_h, slop, cap)
         sums = _added(sums, _sums_of_point(row, near > 1, motion, origin, found, points))
         row = lane + 2 * WIDTH
-        found = law(constraints, points, lane, row, motion[0], inverse_h, slop, cap)
+        found = law(constraints, points, scratch, lane, row, motion[0], inverse_h, slop, cap)
         sums = _added(sums, _sums_of_point(row, near > 2, motion, origin, found, points))
         row = lane + 3 * WIDTH
-        found = law(constraints, points, lane, row, motion[0], inverse_h, slop, cap)
+        found = law(constraints, points, scratch, lane, row, motion[0], inverse_h, slop, cap)
         sums = _added(sums, _sums_of_point(row, near > 3, motion, origin, found, points))
         count, mass, drive, softness = sums[0], sums[1], sums[2], sums[3]
         stirs = abs(mass * motion[0] + drive) > STILL * mass

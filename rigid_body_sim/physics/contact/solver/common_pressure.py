@@ -52,8 +52,8 @@ from rigid_body_sim.physics.contact.solver import (
     patch_friction,
     pressure_of_face,
     static_sink,
+    surface_chain,
     surface_friction,
-    whole_surface,
     wide_lanes,
 )
 from rigid_body_sim.physics.contact.solver.softness import DEEP, Softness, soften
@@ -125,6 +125,21 @@ def _all_lines(count: int, members: Indices, manifolds: Array) -> bool:
     for place in range(count):
         lines = lines and _is_line(members[place], manifolds)
     return lines
+
+
+@inline
+def _has_one_spring(count: int, members: Indices, manifolds: Array, rows: Array) -> bool:
+    """
+    Tell whether a surface gives way as a whole (`face_spring`): where one of its manifolds is a
+    face; but not where all are lines, or points of which one may roll.
+    """
+    face, rolls = False, False
+    for place in range(count):
+        points = manifolds[members[place] + manifold_record.POINT_COUNT]
+        lane = int(manifolds[members[place] + manifold_record.LANE])
+        face = face or points > 2.0
+        rolls = rolls or rows[lane + constraint.ROUNDNESS] < constraint.NOT_ROUND
+    return bool(face or not (rolls or _all_lines(count, members, manifolds)))
 
 
 @inline
@@ -732,7 +747,8 @@ def share_pressure(
             continue
         count = _list_surface(record, table, manifolds, rows, bodies, members)
         if count > 1:
-            whole_surface.chain(count, members, manifolds, rows)
+            one_spring = _has_one_spring(count, members, manifolds, rows)
+            surface_chain.chain(count, members, one_spring, softness.h, manifolds, rows, bodies)
         count = _keep_faces(count, members, manifolds)
         if count == 0:
             continue
@@ -749,4 +765,4 @@ def share_pressure(
             _press_as_one(
                 count, members, width, softness.h, recalls, colliders, constraints, bodies
             )
-    whole_surface.link(order, manifolds, rows, scratch)
+    surface_chain.link(order, manifolds, rows, scratch)

@@ -28,6 +28,11 @@ FRICTION = constraint.number('-', 'coefficient mu')
 BIAS_RATE = constraint.number('1/s', 'beta of the soft normal')
 MASS_SCALE = constraint.number('-', 'sigma of the soft normal')
 IMPULSE_SCALE = constraint.number('-', 'iota of the soft normal')
+SPRING_MASS = constraint.number(
+    'kg', 'of the one spring of all its points: `face_spring`; 0: each has its own'
+)
+OTHERS_IMPULSE = constraint.number('N s', 'by which the others of its surface press that')
+LASTS = constraint.number('-', 'share of what presses it that lasts: `warm_start`')
 RESTITUTION = constraint.number('-', 'coefficient e')
 ROLLING_FRICTION = constraint.number('m', 'rolling torque over normal force')
 TORSIONAL_FRICTION = constraint.number('m', 'twisting torque over normal force')

@@ -33,6 +33,7 @@ from rigid_body_sim.physics.contact.solver import (
     contact_point,
     lost_points,
     static_sink,
+    surface_chain,
     warm_start,
     wide_lanes,
 )
@@ -337,7 +338,7 @@ def _stored_share(lane: int, row: int, rows: Array) -> Any:
         rows[lane + constraint.RESTITUTION] > 0.0
         and rows[row + contact_point.APPROACH_VELOCITY] < 0.0
     )
-    return 0.0 if bounced else warm_start.lasting_share(rows, row)
+    return 0.0 if bounced else warm_start.lasting_share(lane, row, rows, rows)
 
 
 @inline
@@ -348,10 +349,50 @@ def _load_of_point(lane: int, row: int, h: float, rows: Array) -> Any:
 
 
 @inline
+def _lasting_impulse(lane: int, count: int, width: int, rows: Array) -> float:
+    """Return the impulse of the points of a manifold that is their load."""
+    total = 0.0
+    first = lane + constraint.SIZE
+    for row in range(first, first + count * width, width):
+        stored = _stored_share(lane, row, rows) * rows[row + contact_point.NORMAL_IMPULSE]
+        total += static_sink.lasting_impulse(row, stored, rows)
+    return total
+
+
+@kernel
+def _note_loads_of_springs(width: int, order: Indices, manifolds: Array, rows: Array) -> None:
+    """
+    Note of each manifold, or surface of several, that has one spring which share of its impulses
+    lasts, and what is the load of the others.
+    """
+    for index in range(len(order)):
+        first = int(manifolds[order[index] * manifold_record.SIZE + manifold_record.LANE])
+        of_another = rows[first + constraint.SURFACE] == constraint.OF_SURFACE
+        if of_another or not rows[first + constraint.SPRING_MASS] > 0.0:
+            continue
+        surface_chain.note_lasting_share(first, width, rows)
+        total = 0.0
+        lane = first
+        while lane > 0:
+            own = _lasting_impulse(lane, int(rows[lane + constraint.SURFACE_POINTS]), width, rows)
+            rows[lane + constraint.OTHERS_IMPULSE] = own
+            total += own
+            lane = int(rows[lane + constraint.NEXT_OF_SURFACE])
+        lane = first
+        while lane > 0:
+            rows[lane + constraint.OTHERS_IMPULSE] = total - rows[lane + constraint.OTHERS_IMPULSE]
+            lane = int(rows[lane + constraint.NEXT_OF_SURFACE])
+
+
+@inline
 def _mean_load(lane: int, count: int, width: int, h: float, rows: Array) -> Any:
     """Mean load of the points of a manifold that bear, over their masses [m/s^2]."""
     largest, total, bearing = 0.0, 0.0, 0.0
     first = lane + constraint.SIZE
+    spring = rows[lane + constraint.SPRING_MASS]
+    if spring > 0.0:
+        own = _lasting_impulse(lane, count, width, rows)
+        return (own + rows[lane + constraint.OTHERS_IMPULSE]) / (h * spring)
     for row in range(first, first + count * width, width):
         largest = max(largest, _load_of_point(lane, row, h, rows))
     for row in range(first, first + count * width, width):
@@ -390,6 +431,7 @@ def store_impulses(
     where they are at the start of this one, records those of `collision.recycling`.
     """
     poses = colliders.poses
+    _note_loads_of_springs(width, order, manifolds, rows)
     for index in range(len(order)):
         m = order[index]
         to = places[m]

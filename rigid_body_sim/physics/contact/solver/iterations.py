@@ -29,6 +29,7 @@ from rigid_body_sim.physics.contact.solver import (
     contact_point,
     core_pair,
     curved_cores,
+    face_spring,
     far_points,
     friction_patch,
     lane_scratch,
@@ -39,6 +40,7 @@ from rigid_body_sim.physics.contact.solver import (
     rolling_friction,
     separation,
     solve,
+    surface_chain,
     surface_friction,
     warm_start,
     whole_manifold,
@@ -269,6 +271,9 @@ def _prepare(
         for point in range(point_count):
             points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
             prepare.effective_masses(lanes, constraints, points)
+        if PATCHES and _is_whole(number, batches):
+            points = rows[first : first + MOST * WIDTH]
+            face_spring.find_masses(lanes, WIDTH, constraints, points)
         if PATCHES and point_count > 1:
             patch_friction.find_rates(lanes, constraints, patch)
             _measure_patch(
@@ -296,6 +301,10 @@ def _visit_normals(
     """Solve the soft normals of the points of a batch, one after the other; near: asked so far."""
     point_count, first = _points(number, batches)
     constraints = rows[first - constraint.SIZE : first]
+    if PATCHES and (_is_whole(number, batches) or surface_chain.any_whole(scratch)):
+        count = MOST if point_count > 1 else 1
+        points = rows[first : first + count * WIDTH]
+        face_spring.find_impulses(lanes, count, WIDTH, RIMS, constraints, points, scratch)
     point = 0
     while point < near:
         points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
@@ -325,7 +334,7 @@ def _solve_normals(
     step : [-] see `solve.gather_unsettled`; of passes after the first
     """
     any_changed = False
-    surfaces = SURFACES and whole_surface.any_whole(scratch)
+    surfaces = SURFACES and surface_chain.any_whole(scratch)
     if SURFACES and surfaces:
         solve_surfaces(number_of_pass, inverse_h, slop, cap, rows, scratch, bodies)
     for number in range(count):
@@ -470,7 +479,7 @@ def _relax(
     step : [-] see `solve.gather_unsettled`; of passes after the first
     """
     any_changed = False
-    surfaces = SURFACES and whole_surface.any_whole(scratch)
+    surfaces = SURFACES and surface_chain.any_whole(scratch)
     if SURFACES and surfaces:
         relax_surfaces(number_of_pass, inverse_h, 0.0, 0.0, rows, scratch, bodies)
     for number in range(count):
@@ -533,6 +542,8 @@ def _start_substep(
     lanes_at_once: int, count: int, rows: Array, scratch: Array, batches: Indices, bodies: Array
 ) -> None:
     """Add up the warm start of the next substep."""
+    if SURFACES:
+        surface_chain.note_lasting_shares(WIDTH, rows, scratch)
     for number in range(count):
         _, lanes = _lanes(number, lanes_at_once, batches)
         point_count, first = _points(number, batches)
@@ -543,6 +554,9 @@ def _start_substep(
         warm_start.clear(lanes, scratch)
         if PATCHES and point_count > 1:
             patch_friction.clear_moments(lanes, scratch)
+        if PATCHES and _is_whole(number, batches):
+            points = rows[first : first + MOST * WIDTH]
+            face_spring.find_lasting_shares(lanes, WIDTH, constraints, points)
         for point in range(near):
             points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
             if PATCHES and point_count > 1:

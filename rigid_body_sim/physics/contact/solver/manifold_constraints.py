@@ -32,8 +32,8 @@ from rigid_body_sim.physics.contact.solver import (
     far_points,
     friction_patch,
     pressure_of_face,
+    surface_chain,
     surface_friction,
-    whole_surface,
     wide_lanes,
 )
 from rigid_body_sim.physics.contact.solver.softness import DEEP, Softness, soften
@@ -373,7 +373,7 @@ def prepare_points(
         rows[lane + constraint.TOUCHED] = 0.0
         rows[lane + constraint.WAITS] = 0.0
         rows[lane + constraint.LEFT_SUBSTEPS] = 0.0
-        whole_surface.leave_alone(lane, rows)
+        surface_chain.leave_alone(lane, rows)
         a = int(manifolds[record + manifold_record.COLLIDER_A])
         b = int(manifolds[record + manifold_record.COLLIDER_B])
         core_a = table[a * collider_record.SIZE + collider_record.BODY]

@@ -13,8 +13,9 @@ separation s, substep h, and beta, sigma, iota the bias rate, mass scale and imp
 `manifold_constraints`:
 
     soft:     s > 0: dJ = -m (v_n + s/h)
-              s <= 0: dJ = -m sigma (v_n + max(beta (s + slop), -cap)) - iota J
-                      iota J/(m sigma) <= beta a: rigid where more would press: `soft_law`
+              s <= 0: dJ = -m/(1 + c m) (v_n + max(beta (s + slop), -cap) + c J),
+                      c = iota/(m sigma), or that of all points together: `face_spring`
+                      c J <= beta a: rigid where more would press: `soft_law`
               J_n - J_warm/2 >= 0: the other half of the warm start is still to come
     relaxed:  dJ = -m (v_n + max(s, 0)/h),  J_n >= 0; with a warm start: dJ = -m v_n
               m/(1 + x) for m where x = m (J_t . K_tn) / J_n > 1/2
@@ -286,16 +287,16 @@ def soft_law(
     inverse_h: float, slop: float, cap: float,
 ) -> Any:  # fmt: skip
     """
-    Return m sigma, bias and iota of a point of a lane, soft where the surfaces overlap.
+    Return bias and softness c = iota/(m sigma) of a point of a lane, soft where surfaces overlap.
 
     The spring of a point gives way by its sink and GIVES at most, MOST_SINK at all, and is rigid
-    there: iota J/(m sigma) is no more than beta times that. Where the bias is that of the pace
-    beyond what bears the load, -(iota J/(m sigma) + pace), its part with J cancels iota J: then
-    iota is 0. What is jammed between two that both push it out cannot obey: its pace falls from
-    JAMS times the impulse that gives the highest one, to none at twice that.
+    there: c J is no more than beta times that. Where the bias is that of the pace, beyond what the
+    load takes, it is -(c J + pace), and its part with J cancels c J: then c is 0. What is jammed
+    between two that both push it out cannot obey: its pace falls from JAMS times the impulse that
+    gives the highest one, to none at twice that.
 
         mass    : [kg] effective mass along the normal
-        impulse : [N s] J
+        impulse : [N s] J, or of all points with their one spring: `face_spring`
         sudden  : [N s] of it, what no load explains
         cap     : [m/s] speed at which a deep overlap goes, at most
     """
@@ -303,8 +304,8 @@ def soft_law(
     depth = separation + slop
     depth = depth if depth < 0.0 else 0.0
     soft = constraints[lane + constraint.BIAS_RATE] * depth
-    stiff = constraints[lane + constraint.MASS_SCALE] * mass
-    iota = constraints[lane + constraint.IMPULSE_SCALE]
+    of_all = constraints[lane + constraint.SPRING_MASS]
+    stiff = constraints[lane + constraint.MASS_SCALE] * (of_all if of_all > 0.0 else mass)
     deep = constraints[lane + constraint.DEEP]
     beneath = -depth - deep
     limit = PUSH_OUT * deep
@@ -318,14 +319,13 @@ def soft_law(
     most = constraints[lane + constraint.SINK] + GIVES * deep
     most = most if most < MOST_SINK * deep else MOST_SINK * deep
     stop = constraints[lane + constraint.BIAS_RATE] * most
-    stands = iota * impulse > stiff * stop
-    gives = stop if stands else iota * impulse / (stiff if stiff > 0.0 else 1.0)
+    softness = constraints[lane + constraint.IMPULSE_SCALE] / (stiff if stiff > 0.0 else 1.0)
+    stands = softness * impulse > stop
+    gives = stop if stands else softness * impulse
     bears = soft + gives + pace > 0.0
-    stiff = mass if stands else stiff
     bias = (soft + stop if stands else soft) if bears else -pace
-    iota = iota if bears & (not stands) else 0.0
     bias = separation * inverse_h if is_open else bias
-    return mass if is_open else stiff, bias, 0.0 if is_open else iota
+    return bias, softness if bears & (not stands) & (not is_open) else 0.0
 
 
 def _solve_normals(
@@ -351,7 +351,9 @@ def _solve_normals(
             separation += rolls * constraints[lane + constraint.SINK]
             beyond -= 2.0 * rolls * points[lane + contact_point.WARM_NORMAL]
         mass = points[lane + contact_point.NORMAL_MASS]
-        stiff, bias, iota = soft_law(
+        one_spring = constraints[lane + constraint.SPRING_MASS] > 0.0
+        beyond = scratch[lane + lane_scratch.SPRING_IMPULSE] if one_spring else beyond
+        bias, softness = soft_law(
             constraints, lane, mass, separation, beyond,
             old - 2.0 * points[lane + contact_point.WARM_NORMAL], inverse_h, slop, cap,
         )  # fmt: skip
@@ -362,12 +364,14 @@ def _solve_normals(
         warm = points[lane + contact_point.WARM_NORMAL]
         before = old - warm if pressed else 0.0
         step = scratch[lane + lane_scratch.ACTIVE]
-        now = before - step * (stiff * (dot(normal, velocity) + bias) + iota * beyond)
+        step *= mass / (1.0 + softness * mass)
+        now = before - step * (dot(normal, velocity) + bias + softness * beyond)
         now = now if now > 0.0 else 0.0
         active = scratch[lane + lane_scratch.ACTIVE] > 0.0
         now = now if active else before
         presses = now > 0.0 if active else pressed
         change = now - before
+        scratch[lane + lane_scratch.SPRING_IMPULSE] += change if separation <= OPEN else 0.0
         impulse = scale(change, normal)
         if RUBS:
             # friction of the last substep is none of this one where less presses: it keeps its

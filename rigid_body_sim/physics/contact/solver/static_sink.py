@@ -14,15 +14,16 @@ for a manifold, and slow:
     l <- l + RATE (f (1 - BAND) - l)  where that is more, (f (1 + BAND) - l) where that is less
     delta = l / omega_c^2,  at most MOST_SINK r/200, by which a contact gives way at most (`solve`)
 
-with w its share of a surface of several faces, else 1 (`softness`), and omega_c that of the whole,
+with w its share of a surface of several lines, else 1 (`softness`), and omega_c that of the whole,
 so that springs, dampers and which points press are those of a contact without it. f is the mean
 over the points that bear: what stands on two of its four points sinks in no deeper than on all. A
-point that begins to counts by and by: else an arch near its limit never comes to rest. One number
-for each point would do the work of a negative damper on a body that rocks; without RATE the row
-would lose its only damping of wrong loads. Within BAND of the load nothing follows: there the
-springs stand firm, and hold what statics leaves open (which of five legs carries how much) where
-it is; followed all the way, it creeps over some ten thousand ticks. The load is kept as an
-acceleration [m/s^2], so it stays the same when the substep changes.
+point that begins to counts by and by: else an arch near its limit never comes to rest. What has
+one spring has f = sum F/M (`face_spring`). One number for each point would do the work of a
+negative damper on a body that rocks; without RATE the row would lose its only damping of wrong
+loads. Within BAND of the load nothing follows: there the springs stand firm, and hold what statics
+leaves open (which of five legs carries how much) where it is; followed all the way, it creeps over
+some ten thousand ticks. The load is kept as an acceleration [m/s^2], so it stays the same when the
+substep changes.
 
 Overlap that no load explains was left by an impact, or by loads that begin. Bodies are lifted out
 of it, which is energy that contact gives, so it goes slowly: beyond what carries the load of this
@@ -84,15 +85,19 @@ def begin(lane: int, h: float, load: float, rows: Array) -> None:
 
 
 @inline
-def load_of_point(row: int, normal_impulse: float, h: float, rows: Array) -> Any:
+def lasting_impulse(row: int, normal_impulse: float, rows: Array) -> Any:
     """
-    Return the load of a point over its effective mass [m/s^2]; h: substep [s].
+    Return the impulse of a point that is its load: no more than what it started from, twice the
+    half of it. An impact in this substep is no load.
+    """
+    return min(normal_impulse, 2.0 * rows[row + contact_point.WARM_NORMAL])
 
-    No more than what it started from, twice the half of it: an impact in this substep is no load.
-    """
+
+@inline
+def load_of_point(row: int, normal_impulse: float, h: float, rows: Array) -> Any:
+    """Return the load of a point over its effective mass [m/s^2]; h: substep [s]."""
     mass = rows[row + contact_point.NORMAL_MASS]
-    lasts = min(normal_impulse, 2.0 * rows[row + contact_point.WARM_NORMAL])
-    return lasts / (h * mass) if mass > 0.0 else 0.0
+    return lasting_impulse(row, normal_impulse, rows) / (h * mass) if mass > 0.0 else 0.0
 
 
 @inline

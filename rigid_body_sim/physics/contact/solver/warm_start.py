@@ -36,20 +36,32 @@ GROWTH = 4.0  # [-] of half a warm start: a load is at most twice the last one
 
 
 @inline
-def lasting_share(points: Array, row: int) -> Any:
+def share_of_load(impulse: float, warm: float, mass: float) -> Any:
     """
-    Share of the impulse of a point that is a load, from which the next substep starts.
+    Share of an impulse [N s] that is a load, from which the next substep starts.
 
     The impulse of an impact does not last: what it gives once too much lifts the body before it
     is taken back. A load changes the velocity of the point by less than LOAD, or is at most twice
-    what this substep started from.
+    what this substep started from; warm : [N s] half of that, mass : [kg] on which it acts.
     """
-    limit = max(
-        GROWTH * points[row + contact_point.WARM_NORMAL],
-        LOAD * points[row + contact_point.NORMAL_MASS],
-    )
-    impulse = points[row + contact_point.NORMAL_IMPULSE]
+    limit = max(GROWTH * warm, LOAD * mass)
     return limit / impulse if impulse > limit else 1.0
+
+
+@inline
+def share_of_point(row: int, points: Array) -> Any:
+    """Share of the impulse of a point that is a load, alone."""
+    return share_of_load(
+        points[row + contact_point.NORMAL_IMPULSE], points[row + contact_point.WARM_NORMAL],
+        points[row + contact_point.NORMAL_MASS],
+    )  # fmt: skip
+
+
+@inline
+def lasting_share(lane: int, row: int, constraints: Array, points: Array) -> Any:
+    """Share of the impulse of a point that lasts: its load, or that of all with its spring."""
+    one_spring = constraints[lane + constraint.SPRING_MASS] > 0.0
+    return constraints[lane + constraint.LASTS] if one_spring else share_of_point(row, points)
 
 
 @inline
@@ -128,7 +140,7 @@ def _start_substep(lanes: int, constraints: Array, points: Array, scratch: Array
             normal_impulse if normal_impulse > largest else largest
         )
         points[lane + contact_point.TOTAL_IMPULSE] += normal_impulse
-        share = lasting_share(points, lane)
+        share = lasting_share(lane, lane, constraints, points)
         points[lane + contact_point.NORMAL_IMPULSE] = share * normal_impulse
         if RUBS:
             impulse_1 = points[lane + contact_point.TANGENT_IMPULSE_1]

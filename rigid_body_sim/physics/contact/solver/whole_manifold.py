@@ -12,13 +12,14 @@ change of their impulses is sought in the same form,
 
     J'_i = sum_j mu_j psi_j(i),   psi_0 = 1, psi_1 = x_i - x, psi_2 = y_i - y
 
-over the k points that press or are about to, (x, y) their middle. With b, m sigma and iota of
-`solve`, c_i = iota/(m sigma) and r_i = v_n + b_i + c_i J_i of point i,
+over the k points that press or are about to, (x, y) their middle. With b and c of their one
+spring (`face_spring`), r_i = v_n + b_i + c sum_j J_j of point i,
 
     (B + C) mu = -sum_i psi(i) r_i,   J_i <- J_i + t J'_i
 
     B_jl = G_j x n . I^-1 (G_l x n) of A and of B, and k^2 (1/m_A + 1/m_B) in B_00
-    G_j = sum_i psi_j(i) r_i,  r_i the arm;   C = sum_i c_i psi(i) psi(i)^T
+    G_j = sum_i psi_j(i) r_i,  r_i the arm;   C = c S S^T,  S = sum psi(i) of what is soft,
+    or of what has springs at its points (`face_spring`) C = c sum psi(i) psi(i)^T
 
 It is the change after which visits of the points find nothing (Galerkin's equations in the space
 of rigid motions). t <= 1 is the share at which the first impulse comes to 0: so far, no change
@@ -46,6 +47,7 @@ from rigid_body_sim.physics.contact.solver import (
     bends,
     constraint,
     contact_point,
+    face_spring,
     far_points,
     lane_scratch,
     wide_lanes,
@@ -187,7 +189,7 @@ def _law(
     mass = points[row + contact_point.NORMAL_MASS]
     is_open = separation > OPEN
     bounces = constraints[lane + constraint.RESTITUTION]
-    iota, may = 0.0, True
+    softness, may = 0.0, True
     field = contact_point.RESTITUTION_NORMAL if BOUNCING else contact_point.NORMAL_IMPULSE
     impulse = points[row + field]
     if BOUNCING:
@@ -204,7 +206,9 @@ def _law(
             rolls = scratch[lane + lane_scratch.RIM_ROLLS]
             separation += rolls * constraints[lane + constraint.SINK]
             impulse -= 2.0 * rolls * points[row + contact_point.WARM_NORMAL]
-        mass, bias, iota = soft_law(
+        one_spring = constraints[lane + constraint.SPRING_MASS] > 0.0
+        impulse = scratch[lane + lane_scratch.SPRING_IMPULSE] if one_spring else impulse
+        bias, softness = soft_law(
             constraints, lane, mass, separation, impulse, sudden, inverse_h, slop, cap
         )
         if BENDS:
@@ -214,9 +218,8 @@ def _law(
         bias = separation * inverse_h if is_open & is_new else 0.0
         may = not (is_open & (bounces > 0.0) & (impulse <= 0.0))
     # rows that have no point have no mass
-    residual, softness = velocity + bias, 0.0
+    residual = velocity + bias
     if SOFT:
-        softness = iota / (mass if mass > 0.0 else 1.0)
         residual += softness * impulse
     presses = points[row + field] > 0.0
     dropped = points[row + contact_point.DROPPED] > 0.0
@@ -274,10 +277,11 @@ def _sums_of(
     along_x, along_y = share * x, share * y
     r = share * found[0] if takes_part else 0.0
     if SOFT:
-        c = share * (share * found[1]) if takes_part else 0.0
-        soft = c, c * x, c * y, c * (x * x), c * (x * y), c * (y * y)
+        softness = found[1]
+        soft_share = share if softness > 0.0 else 0.0
+        soft = soft_share * softness, soft_share, soft_share * x, soft_share * y
     else:
-        soft = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        soft = 0.0, 0.0, 0.0, 0.0
     return (
         (share, along_x, along_y, along_x * x, along_x * y, along_y * y), (r, r * x, r * y), soft
     )  # fmt: skip
@@ -295,7 +299,9 @@ def added_six(one: Any, two: Any) -> Any:
 @inline
 def _added(sums: Any, more: Any) -> Any:
     """Add the sums of points."""
-    return added_six(sums[0], more[0]), add(sums[1], more[1]), added_six(sums[2], more[2])
+    one, two = sums[2], more[2]
+    soft = one[0] + two[0], one[1] + two[1], one[2] + two[2], one[3] + two[3]
+    return added_six(sums[0], more[0]), add(sums[1], more[1]), soft
 
 
 @inline
@@ -319,6 +325,8 @@ def _sum_up(
 
     points : all points of each lane; what it has not, has no mass
     """
+    if SOFT:
+        face_spring.find_impulses(lanes, manifold.MOST, WIDTH, RIMS, constraints, points, scratch)
     for lane in range(lanes):
         motion = find_motion(lane, TURNS, constraints, scratch)
         one = sums_of(0, lane, motion, constraints, points, scratch, inverse_h, slop, cap)
@@ -334,8 +342,8 @@ def _sum_up(
         wide_lanes.put_vector(scratch, lane + lane_scratch.WHOLE_SQUARES, places[3:])
         wide_lanes.put_vector(scratch, lane + lane_scratch.WHOLE_DRIVES, drives)
         if SOFT:
-            wide_lanes.put_vector(scratch, lane + lane_scratch.WHOLE_SOFTNESS, soft[:3])
-            wide_lanes.put_vector(scratch, lane + lane_scratch.WHOLE_SOFT_SQUARES, soft[3:])
+            scratch[lane + lane_scratch.WHOLE_SOFTNESS] = soft[0]
+            wide_lanes.put_vector(scratch, lane + lane_scratch.WHOLE_SOFT_PLACES, soft[1:])
 
 
 @inline
@@ -437,7 +445,7 @@ def _changes(lane: int, constraints: Array, points: Array, scratch: Array) -> An
     from there; zeros where it does not stir.
     """
     count, s_x, s_y = wide_lanes.vector(scratch, lane + lane_scratch.WHOLE_PLACES)
-    s_xx, _, s_yy = wide_lanes.vector(scratch, lane + lane_scratch.WHOLE_SQUARES)
+    s_xx, s_xy, s_yy = wide_lanes.vector(scratch, lane + lane_scratch.WHOLE_SQUARES)
     r, r_x, r_y = wide_lanes.vector(scratch, lane + lane_scratch.WHOLE_DRIVES)
     stirs = scratch[lane + lane_scratch.WHOLE_STIRS] > 0.0
     share = 1.0 / (count if stirs else 1.0)
@@ -449,30 +457,26 @@ def _changes(lane: int, constraints: Array, points: Array, scratch: Array) -> An
     b_00, b_01, b_02, b_11, b_12, b_22 = _response(lane, TURNS, WIDTH, (x, y), constraints, points)
     b_00 += count * count * inverse_mass
     m = b_00, b_01, b_02, b_11, b_12, b_22
-    if SOFT:
-        soft = wide_lanes.vector(scratch, lane + lane_scratch.WHOLE_SOFTNESS)
-        soft_squares = wide_lanes.vector(scratch, lane + lane_scratch.WHOLE_SOFT_SQUARES)
-        m = added_six(m, soft_about_middle(soft, soft_squares, x, y))
     spread = s_xx - x * s_x, s_yy - y * s_y
+    if SOFT:
+        softness = scratch[lane + lane_scratch.WHOLE_SOFTNESS]
+        soft, soft_x, soft_y = wide_lanes.vector(scratch, lane + lane_scratch.WHOLE_SOFT_PLACES)
+        softness /= soft if soft > 0.0 else 1.0
+        of_one = square_of(softness, soft, soft_x - x * soft, soft_y - y * soft)
+        one_spring = constraints[lane + constraint.SPRING_MASS] > 0.0
+        of_each = (
+            softness * count, 0.0, 0.0,
+            softness * spread[0], softness * (s_xy - x * s_y), softness * spread[1],
+        )  # fmt: skip
+        m = added_six(m, of_one if one_spring else of_each)
     return change_from(spread, (r, r_x, r_y), m, (x, y), stirs)
 
 
 @inline
-def soft_about_middle(sums: Any, squares: Any, x: float, y: float) -> Any:
-    """
-    Return C: 00, 01, 02, 11, 12, 22.
-
-        sums, squares : of c times 1, x, y; and times x^2, xy, y^2
-        x, y          : middle of what takes part
-    """
-    c, c_x, c_y = sums
-    c_xx, c_xy, c_yy = squares
-    return (
-        c, c_x - x * c, c_y - y * c,
-        c_xx - x * (2.0 * c_x - x * c),
-        c_xy - x * c_y - y * (c_x - x * c),
-        c_yy - y * (2.0 * c_y - y * c),
-    )  # fmt: skip
+def square_of(factor: float, one: float, x: float, y: float) -> Any:
+    """Return a vector times itself, and a factor: 00, 01, 02, 11, 12, 22."""
+    along = factor * one, factor * x, factor * y
+    return along[0] * one, along[0] * x, along[0] * y, along[1] * x, along[1] * y, along[2] * y
 
 
 @inline

@@ -14,13 +14,12 @@ places in the plane, with middles and sums over all of them,
     B_jl = F_j . F_l (1/m_A + 1/m_B) + G_j . I^-1 G_l of A and of B
     F_j = sum_i psi_j(i) n_i,   G_j = sum_i psi_j(i) r_i x n_i
 
-with psi, r, C and t of `whole_manifold`, n_i the normal, up to its sign one and the same but for
-rounding. At first psi(i) is taken times J_i / max J, where anything presses: so what lets go does
-so at all points at once, however many there are. The visits of the points follow, and share among
-them what is soft: without, a disc that slides over joints sinks in, as each tile that it comes to
-has to carry from the first tick on what the last one has learned to.
+with psi, r and t of `whole_manifold`; C as there, or sum_i c_i psi(i) psi(i)^T of what has springs
+at its points; n_i the normal, up to its sign one and the same but for rounding. At first psi(i) is
+taken times J_i / max J, where anything presses: so what lets go does so at all points at once,
+however many there are. The visits of the points follow.
 
-A surface is a chain of lanes (SURFACE, NEXT_OF_SURFACE of `constraint`); NEXT_SURFACE links them.
+A surface is a chain of lanes: `surface_chain`.
 """
 
 from __future__ import annotations
@@ -28,11 +27,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from rigid_body_sim.physics.arrays import Array, Indices
+from rigid_body_sim.physics.arrays import Array
 from rigid_body_sim.physics.compile.kernels import inline, kernel, slot, specialise
 from rigid_body_sim.physics.contact import solver_bodies
-from rigid_body_sim.physics.contact.collision import manifold_record
-from rigid_body_sim.physics.contact.collision.geometry import manifold
 from rigid_body_sim.physics.contact.solver import (
     bends,
     constraint,
@@ -40,6 +37,7 @@ from rigid_body_sim.physics.contact.solver import (
     lane_scratch,
     rolling_frame,
     solve,
+    surface_chain,
     whole_manifold,
     wide_lanes,
 )
@@ -70,54 +68,6 @@ give_to_point = slot('kernel (row, share, part, points): gives a point its part'
 sum_up_surface = slot('kernel (first, ...): sums of the points of a surface')
 find_share = slot('kernel (first, ...): which share of a change its points can take')
 give_to_surface = slot('kernel (first, ...): gives them their impulses')
-
-
-@inline
-def chain(count: int, members: Indices, manifolds: Array, rows: Array) -> None:
-    """Note that manifolds are one surface; members: where their records begin."""
-    following = 0.0
-    for place in range(count - 1, -1, -1):
-        lane = int(manifolds[members[place] + manifold_record.LANE])
-        is_point = manifolds[members[place] + manifold_record.POINT_COUNT] == 1.0
-        rows[lane + constraint.SURFACE_POINTS] = 1.0 if is_point else float(manifold.MOST)
-        rows[lane + constraint.SURFACE] = (
-            constraint.FIRST_OF_SURFACE if place == 0 else constraint.OF_SURFACE
-        )
-        rows[lane + constraint.NEXT_OF_SURFACE] = following
-        following = float(lane)
-
-
-@kernel
-def link(order: Indices, manifolds: Array, rows: Array, scratch: Array) -> None:
-    """
-    Link the surfaces of some manifolds in their order, which no others change: bodies may have
-    part in several.
-    """
-    scratch[lane_scratch.WHOLE_SURFACES] = 0.0
-    last = 0
-    for index in range(len(order)):
-        lane = int(manifolds[order[index] * manifold_record.SIZE + manifold_record.LANE])
-        if rows[lane + constraint.SURFACE] != constraint.FIRST_OF_SURFACE:
-            continue
-        rows[lane + constraint.NEXT_SURFACE] = 0.0
-        if last == 0:
-            scratch[lane_scratch.WHOLE_SURFACES] = float(lane)
-        else:
-            rows[last + constraint.NEXT_SURFACE] = float(lane)
-        last = lane
-
-
-@inline
-def leave_alone(lane: int, rows: Array) -> None:
-    """Begin a tick: a manifold is of no surface."""
-    rows[lane + constraint.SURFACE] = constraint.OF_NO_SURFACE
-    rows[lane + constraint.NEXT_OF_SURFACE] = 0.0
-
-
-@inline
-def any_whole(scratch: Array) -> bool:
-    """Tell whether some manifolds of the group are one surface in this tick."""
-    return bool(scratch[lane_scratch.WHOLE_SURFACES] > 0.0)
 
 
 @inline
@@ -230,6 +180,9 @@ def _sum_up_surface(
     most : largest impulse so far, by which points are weighed by their own; 0: they are not
     """
     zero = 0.0, 0.0, 0.0
+    one_spring = rows[first + constraint.SPRING_MASS] > 0.0
+    pressed = surface_chain.impulse_of(first, WIDTH, rows, scratch) if SOFT else 0.0
+    soft, soft_count, soft_x, soft_y = 0.0, 0.0, 0.0, 0.0
     places = softness = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     drives, f_0, f_1, f_2 = zero, zero, zero, zero
     a_0, a_1, a_2, b_0, b_1, b_2 = zero, zero, zero, zero, zero, zero
@@ -245,6 +198,7 @@ def _sum_up_surface(
             bends.find_bends_of_lane(own, TURNS, LAYERED, inverse_h, constraints, scratch)
         if SOFT and RIMS:
             rolling_frame.find_bends_of_lane(own, inverse_h, constraints, scratch, bodies)
+        scratch[own + lane_scratch.SPRING_IMPULSE] = pressed
         motion = whole_manifold.find_motion(own, TURNS, constraints, scratch)
         sign = _sign(lane, first, rows)
         for point in range(count):
@@ -264,14 +218,18 @@ def _sum_up_surface(
             x, y = _place(arm_b, first, rows)
             normal = scale(weight, normal)
             of_a, of_b = cross(arm_a, normal), cross(arm_b, normal)
-            r, c = weight * r, weight * weight * c
+            r = weight * r
             along_x, along_y = weight * x, weight * y
             own_places = weight, along_x, along_y, along_x * x, along_x * y, along_y * y
             places = whole_manifold.added_six(places, own_places)
             drives = add(drives, (r, r * x, r * y))
-            softness = whole_manifold.added_six(
-                softness, (c, c * x, c * y, c * (x * x), c * (x * y), c * (y * y))
-            )
+            if one_spring and c > 0.0:
+                soft, soft_count = soft + weight * c, soft_count + weight
+                soft_x, soft_y = soft_x + along_x, soft_y + along_y
+            else:
+                softness = whole_manifold.added_six(
+                    softness, whole_manifold.square_of(c, weight, along_x, along_y)
+                )
             f_0, f_1, f_2 = (
                 add(f_0, normal),
                 add_scaled(f_1, x, normal),
@@ -280,6 +238,8 @@ def _sum_up_surface(
             a_0, a_1, a_2 = add(a_0, of_a), add_scaled(a_1, x, of_a), add_scaled(a_2, y, of_a)
             b_0, b_1, b_2 = add(b_0, of_b), add_scaled(b_1, x, of_b), add_scaled(b_2, y, of_b)
         lane = int(rows[lane + constraint.NEXT_OF_SURFACE])
+    if one_spring and soft_count > 0.0:
+        softness = whole_manifold.square_of(soft / soft_count, soft_count, soft_x, soft_y)
     return places, drives, softness, (f_0, f_1, f_2), (a_0, a_1, a_2), (b_0, b_1, b_2)
 
 
@@ -296,6 +256,24 @@ def _products(vectors: Any, factor: float) -> Any:
     return (
         factor * dot(zero, zero), factor * dot(zero, one), factor * dot(zero, two),
         factor * dot(one, one), factor * dot(one, two), factor * dot(two, two),
+    )  # fmt: skip
+
+
+@inline
+def _soft_about_middle(sums: Any, squares: Any, x: float, y: float) -> Any:
+    """
+    Return C: 00, 01, 02, 11, 12, 22.
+
+        sums, squares : of c times 1, x, y; and times x^2, xy, y^2
+        x, y          : middle of what takes part
+    """
+    c, c_x, c_y = sums
+    c_xx, c_xy, c_yy = squares
+    return (
+        c, c_x - x * c, c_y - y * c,
+        c_xx - x * (2.0 * c_x - x * c),
+        c_xy - x * c_y - y * (c_x - x * c),
+        c_yy - y * (2.0 * c_y - y * c),
     )  # fmt: skip
 
 
@@ -316,7 +294,7 @@ def _change_of(first: int, turns: bool, found: Any, rows: Array) -> Any:
     m = _products(forces, inverse_mass)
     m = whole_manifold.added_six(m, whole_manifold.response_of(row_a, turns, of_a, rows))
     m = whole_manifold.added_six(m, whole_manifold.response_of(row_b, turns, of_b, rows))
-    m = whole_manifold.added_six(m, whole_manifold.soft_about_middle(soft[:3], soft[3:], x, y))
+    m = whole_manifold.added_six(m, _soft_about_middle(soft[:3], soft[3:], x, y))
     spread = places[3] - x * places[1], places[5] - y * places[2]
     return whole_manifold.change_from(spread, drives, m, (x, y), True)
 
@@ -410,6 +388,8 @@ def _solve_surfaces(
                 change = _change_of(first, TURNS, found, rows)
                 share = find_share(first, change, rows)
                 give_to_surface(first, share, change, rows, bodies)
+            if SOFT:
+                surface_chain.note_impulses_of(first, WIDTH, rows, scratch)
         first = int(rows[first + constraint.NEXT_SURFACE])
 
 

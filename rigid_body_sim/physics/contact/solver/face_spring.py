@@ -1,0 +1,117 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The one spring of a face: how soft the normals of a manifold are that is solved as a whole, or of a
+surface of several.
+
+A spring at each point gives way by what that point carries. So a face whose points do not lie
+evenly about its load (four of five corners, a body that hangs over some of its tiles) tilts while
+it is pressed, by 1e-7 rad in an impact, and the next one turns it. But which point carries how
+much is a matter of where points were put. So these have one spring, pressed by what all of them
+carry together: with c = iota/(M sigma), and b as of each point (`solve`),
+
+    v_n + b + c sum_j J_j = 0         M = 1/(1/m_A + 1/m_B)
+
+over the points j that do not stand off. It gives way as a whole, and never tilts; the turn of the
+bodies is rigid, and what overlaps unevenly comes out by the bias. Likewise the same share of all
+impulses lasts until the next substep (`warm_start`).
+
+M does not hang on the points, so nothing changes where another tile is reached, or one is left. A
+body on a pivot is pressed as it turns: there M is the sum of the effective masses of the points.
+Springs of its own has each point of several lines, whose load goes from tile to tile as they roll
+(`softness`), of several faces on a pivot, and of what touches three others and more.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rigid_body_sim.physics.arrays import Array
+from rigid_body_sim.physics.compile.kernels import inline
+from rigid_body_sim.physics.contact import solver_bodies
+from rigid_body_sim.physics.contact.collision.geometry import manifold
+from rigid_body_sim.physics.contact.solver import (
+    constraint,
+    contact_point,
+    far_points,
+    lane_scratch,
+    warm_start,
+)
+from rigid_body_sim.physics.contact.solver.solve import OPEN
+
+
+@inline
+def leave_points_alone(lane: int, rows: Array) -> None:
+    """Let each point of a constraint have a spring of its own."""
+    rows[lane + constraint.SPRING_MASS] = 0.0
+    rows[lane + constraint.OTHERS_IMPULSE] = 0.0
+
+
+@inline
+def mass_of(inverse_mass: float) -> float:
+    """Return M [kg] from 1/m_A + 1/m_B [1/kg]; 0 where each point has a spring of its own."""
+    return 1.0 / inverse_mass if inverse_mass > 2.0 * solver_bodies.HELD else 0.0
+
+
+@inline
+def find_masses(lanes: int, width: int, constraints: Array, points: Array) -> None:
+    """Give each manifold of a batch one spring; what is part of a surface keeps that of it."""
+    for lane in range(lanes):
+        inverse_mass = (
+            constraints[lane + constraint.INVERSE_MASS_A]
+            + constraints[lane + constraint.INVERSE_MASS_B]
+        )
+        total = 0.0
+        for row in range(lane, lane + manifold.MOST * width, width):
+            # what a manifold has not may have a mass
+            is_point = points[row + contact_point.INITIAL_SEPARATION] < far_points.NONE
+            total += points[row + contact_point.NORMAL_MASS] if is_point else 0.0
+        moves = inverse_mass > 2.0 * solver_bodies.HELD
+        mass = 1.0 / (inverse_mass if moves else 1.0) if moves else total
+        alone = constraints[lane + constraint.SURFACE] == constraint.OF_NO_SURFACE
+        before = constraints[lane + constraint.SPRING_MASS]
+        constraints[lane + constraint.SPRING_MASS] = mass if alone else before
+
+
+@inline
+def find_lasting_shares(lanes: int, width: int, constraints: Array, points: Array) -> None:
+    """
+    Find which share of the impulses of each lane of a batch is its load: of all points the same,
+    else they would turn the bodies; what is part of a surface keeps its own.
+    """
+    for lane in range(lanes):
+        impulse, warm = 0.0, 0.0
+        for row in range(lane, lane + manifold.MOST * width, width):
+            impulse += points[row + contact_point.NORMAL_IMPULSE]
+            warm += points[row + contact_point.WARM_NORMAL]
+        share = warm_start.share_of_load(impulse, warm, constraints[lane + constraint.SPRING_MASS])
+        alone = constraints[lane + constraint.SURFACE] == constraint.OF_NO_SURFACE
+        before = constraints[lane + constraint.LASTS]
+        constraints[lane + constraint.LASTS] = share if alone else before
+
+
+@inline
+def impulse_of_lane(
+    lane: int, count: int, width: int, rims: bool, points: Array, scratch: Array
+) -> Any:  # fmt: skip
+    """Return by which impulse the points of a lane that do not stand off press its spring."""
+    total = 0.0
+    for row in range(lane, lane + count * width, width):
+        impulse = points[row + contact_point.NORMAL_IMPULSE]
+        if rims:
+            rolls = scratch[lane + lane_scratch.RIM_ROLLS]
+            impulse -= 2.0 * rolls * points[row + contact_point.WARM_NORMAL]
+        total += impulse if points[row + contact_point.SEPARATION] <= OPEN else 0.0
+    return total
+
+
+@inline
+def find_impulses(
+    lanes: int, count: int, width: int, rims: bool, constraints: Array, points: Array,
+    scratch: Array,
+) -> None:  # fmt: skip
+    """Find by which impulse the spring of each lane of a batch is pressed, by count points."""
+    for lane in range(lanes):
+        scratch[lane + lane_scratch.SPRING_IMPULSE] = constraints[
+            lane + constraint.OTHERS_IMPULSE
+        ] + impulse_of_lane(lane, count, width, rims, points, scratch)
