@@ -267,11 +267,11 @@ def test_a_stack_that_falls_flat_is_not_turned_in_ticks(seed, e):
 
 
 @pytest.mark.parametrize('e', E)
-@pytest.mark.parametrize('seed', [*seeds(4, 60), 135, 156])
+@pytest.mark.parametrize('seed', [*seeds(4, 60), 156])
 def test_a_prism_that_falls_flat_on_a_plane_is_not_turned_in_ticks(seed, e):
     """
     Of three to nine corners, from near and from afar: of those of a face that is still apart, no
-    four are chosen on one side.
+    four are chosen on one side, as in that of seeds 0 and 156; and it gives way as a whole.
     """
     rng = np.random.default_rng(seed)
     count, wide, thick = int(rng.integers(3, 10)), *rng.uniform(0.05, 0.4, 2)
