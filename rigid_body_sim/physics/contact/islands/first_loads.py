@@ -154,6 +154,6 @@ def recall_loads(
                 load += rows[row + contact_point.NORMAL_IMPULSE] / (h * mass)
         load /= points
         spring = rows[lane + constraint.SPRING_MASS]
-        if spring > 0.0:
+        if spring > 0.0 and rows[lane + constraint.ALONE] > 0.0:
             load = pressed / (h * spring) if rests else 0.0
         static_sink.begin(lane, h, load, rows)

@@ -87,18 +87,19 @@ def _colour_group(
 
 
 @inline
-def _is_whole(record: int, n_moving: int, table: Indices, constraints: Constraints) -> bool:
+def _manifolds_of(body_a: int, body_b: int, n_moving: int, constraints: Constraints) -> int:
     """
-    Tell whether a manifold is solved as a whole: none of its bodies has more than two, as in a
-    stack; they have no more colours.
+    Return how many manifolds the bodies of one have, the one that has more: as many as colours.
     """
-    for place in (manifold_record.COLLIDER_A, manifold_record.COLLIDER_B):
-        body = collider_record.solver_body(int(constraints.manifolds[record + place]), table)
+    most = 0
+    for body in (body_a, body_b):
         used = constraints.colours[body] if body < n_moving else 0
-        used &= used - 1
-        if used & (used - 1):
-            return False
-    return True
+        count = 0
+        while used != 0:
+            used &= used - 1
+            count += 1
+        most = max(most, count)
+    return most
 
 
 @inline
@@ -125,6 +126,9 @@ def _fill_batches(
         record = constraints.order[index] * manifold_record.SIZE
         collider_a = int(manifolds[record + manifold_record.COLLIDER_A])
         collider_b = int(manifolds[record + manifold_record.COLLIDER_B])
+        body_a = collider_record.solver_body(collider_a, table)
+        body_b = collider_record.solver_body(collider_b, table)
+        manifolds_of_bodies = _manifolds_of(body_a, body_b, n_moving, constraints)
         points = int(manifolds[record + manifold_record.POINT_COUNT])
         kind = batch_record.MIXED
         if roundness(collider_a, collider_b, table, bodies) > constraint.NOT_ROUND:
@@ -133,7 +137,7 @@ def _fill_batches(
             kind = batch_record.CURVED
         if points > 1:
             kind = batch_record.SEVERAL_POINTS
-            if _is_whole(record, n_moving, table, constraints):
+            if manifolds_of_bodies <= 2:
                 kind = batch_record.WHOLE
         sort = batch_record.KINDS * colour + kind
         batch = open_batches[sort]
@@ -154,12 +158,11 @@ def _fill_batches(
             count += 1
         lane = _take_lane(batch * batch_record.SIZE, points, batches)
         manifolds[record + manifold_record.LANE] = float(lane)
-        body_a = collider_record.solver_body(collider_a, table)
-        body_b = collider_record.solver_body(collider_b, table)
         body_a += number if body_a == n_moving else 0
         body_b += number if body_b == n_moving else 0
         rows[lane + constraint.BODY_A] = float(body_a * solver_bodies.SIZE)
         rows[lane + constraint.BODY_B] = float(body_b * solver_bodies.SIZE)
+        rows[lane + constraint.MANIFOLDS] = float(manifolds_of_bodies)
     return end, count
 
 

@@ -47,6 +47,7 @@ from rigid_body_sim.physics.contact.solver import (
     cache_record,
     constraint,
     contact_point,
+    face_spring,
     impulse_cache,
     lane_scratch,
     patch_friction,
@@ -128,11 +129,19 @@ def _all_lines(count: int, members: Indices, manifolds: Array) -> bool:
 
 
 @inline
-def _has_one_spring(count: int, members: Indices, manifolds: Array, rows: Array) -> bool:
+def _has_one_spring(
+    count: int, members: Indices, width: int, manifolds: Array, rows: Array, bodies: Array
+) -> bool:  # fmt: skip
     """
-    Tell whether a surface gives way as a whole (`face_spring`): where one of its manifolds is a
-    face; but not where all are lines, or points of which one may roll.
+    Tell whether a surface gives way as a whole (`face_spring`), as it lies alone or is struck
+    flat: where one of its manifolds is a face; but not where all are lines, or points of which one
+    may roll.
     """
+    first = int(manifolds[members[0] + manifold_record.LANE])
+    is_struck = _is_new(count, members, width, manifolds, rows)
+    is_struck = is_struck and face_spring.meets_flat(first, rows, rows[constraint.SIZE :], bodies)
+    if not (is_struck or surface_chain.is_alone(count, first, rows)):
+        return False
     face, rolls = False, False
     for place in range(count):
         points = manifolds[members[place] + manifold_record.POINT_COUNT]
@@ -747,7 +756,7 @@ def share_pressure(
             continue
         count = _list_surface(record, table, manifolds, rows, bodies, members)
         if count > 1:
-            one_spring = _has_one_spring(count, members, manifolds, rows)
+            one_spring = _has_one_spring(count, members, width, manifolds, rows, bodies)
             surface_chain.chain(count, members, one_spring, softness.h, manifolds, rows, bodies)
         count = _keep_faces(count, members, manifolds)
         if count == 0:

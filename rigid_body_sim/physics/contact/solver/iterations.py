@@ -274,6 +274,7 @@ def _prepare(
         if PATCHES and _is_whole(number, batches):
             points = rows[first : first + MOST * WIDTH]
             face_spring.find_masses(lanes, WIDTH, constraints, points)
+            face_spring.keep_for_blows(used, WIDTH, constraints, points, bodies)
         if PATCHES and point_count > 1:
             patch_friction.find_rates(lanes, constraints, patch)
             _measure_patch(

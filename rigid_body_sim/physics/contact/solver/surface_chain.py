@@ -11,6 +11,8 @@ one spring, and one load (`face_spring`, `static_sink`).
 
 from __future__ import annotations
 
+from typing import Any
+
 from rigid_body_sim.physics.arrays import Array, Indices
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact import solver_bodies
@@ -28,6 +30,12 @@ from rigid_body_sim.physics.contact.solver.softness import DEEP
 
 
 @inline
+def is_alone(count: int, first: int, rows: Array) -> Any:
+    """Tell whether the bodies of a surface of so many manifolds have no others."""
+    return rows[first + constraint.MANIFOLDS] == float(count)
+
+
+@inline
 def chain(
     count: int, members: Indices, one_spring: bool, h: float, manifolds: Array, rows: Array,
     bodies: Array,
@@ -41,6 +49,7 @@ def chain(
     """
     first = int(manifolds[members[0] + manifold_record.LANE])
     mass, most = 0.0, 0.0
+    alone = is_alone(count, first, rows)
     if one_spring:
         body_a, body_b = int(rows[first + constraint.BODY_A]), int(rows[first + constraint.BODY_B])
         mass = face_spring.mass_of(
@@ -59,6 +68,7 @@ def chain(
             constraint.FIRST_OF_SURFACE if place == 0 else constraint.OF_SURFACE
         )
         rows[lane + constraint.NEXT_OF_SURFACE] = following
+        rows[lane + constraint.ALONE] = 1.0 if alone else 0.0
         rows[lane + constraint.SPRING_MASS] = mass
         if mass > 0.0:
             static_sink.recall(lane, h, rows[lane + constraint.DEEP] / DEEP, most, rows)
@@ -89,6 +99,7 @@ def link(order: Indices, manifolds: Array, rows: Array, scratch: Array) -> None:
 def leave_alone(lane: int, rows: Array) -> None:
     """Begin a tick: a manifold is of no surface."""
     rows[lane + constraint.SURFACE] = constraint.OF_NO_SURFACE
+    rows[lane + constraint.ALONE] = 1.0 if is_alone(1, lane, rows) else 0.0
     rows[lane + constraint.NEXT_OF_SURFACE] = 0.0
     rows[lane + constraint.SURFACE_POINTS] = float(manifold.MOST)
     face_spring.leave_points_alone(lane, rows)

@@ -123,7 +123,8 @@ def rest(
     slides : friction follows what presses: `patch_friction.find_slide`
     """
     for lane in range(lanes):
-        visited = constraints[lane + constraint.ROLLING_FRICTION] > 0.0
+        visited = constraints[lane + constraint.TILTS] > 0.0
+        visited = visited | (constraints[lane + constraint.ROLLING_FRICTION] > 0.0)
         visited = visited | (constraints[lane + constraint.TORSIONAL_FRICTION] > 0.0)
         if slides:
             visited = visited | _is_lifted(lane, width, points, scratch)
