@@ -201,6 +201,7 @@ def approach_velocities(
 ) -> None:
     """Find the velocity of approach of one point of each lane; 0 for what does not bounce."""
     for lane in range(lanes):
+        constraints[lane + constraint.BOUNCE_SPEED] = threshold
         normal = wide_lanes.vector(constraints, lane + constraint.NORMAL)
         arm_a, arm_b = wide_lanes.arms(points, lane)
         velocity = wide_lanes.relative_velocity(constraints, scratch, lane, arm_a, arm_b, True)

@@ -32,7 +32,7 @@ from rigid_body_sim.physics.contact.solver import (
     surface_chain,
     wide_lanes,
 )
-from rigid_body_sim.physics.contact.solver.solve import OPEN, soft_law
+from rigid_body_sim.physics.contact.solver.solve import OPEN, soft_law, waits_to_bounce
 from rigid_body_sim.physics.vectors import (
     add,
     cross,
@@ -109,7 +109,7 @@ def _law(
         impulse = points[row + contact_point.NORMAL_IMPULSE]
         is_new = points[row + contact_point.WARM_NORMAL] <= 0.0
         bias = separation * inverse_h if is_open & is_new else 0.0
-        may = not (is_open & (bounces > 0.0) & (impulse <= 0.0))
+        may = not (is_open & waits_to_bounce(lane, along, constraints) & (impulse <= 0.0))
     # rows that have no point have no mass
     takes_part = may & (mass > 0.0) & ((impulse > 0.0) | (along + bias < 0.0))
     return bias, mass, iota, takes_part

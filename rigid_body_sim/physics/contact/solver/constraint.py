@@ -37,6 +37,7 @@ TILTS = constraint.number('-', '1: its bodies turn against each other: `face_spr
 OTHERS_IMPULSE = constraint.number('N s', 'by which the others of its surface press that')
 LASTS = constraint.number('-', 'share of what presses it that lasts: `warm_start`')
 RESTITUTION = constraint.number('-', 'coefficient e')
+BOUNCE_SPEED = constraint.number('m/s', 'slower impacts do not bounce, where anything does')
 ROLLING_FRICTION = constraint.number('m', 'rolling torque over normal force')
 TORSIONAL_FRICTION = constraint.number('m', 'twisting torque over normal force')
 ROLLING_MASS = constraint.number('kg m^2', 'effective mass: angular impulse per rolling velocity')

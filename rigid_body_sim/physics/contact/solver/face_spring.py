@@ -111,15 +111,16 @@ def keep_for_blows(
     Leave one spring to the lanes of a batch that lie alone, or are struck flat; note which tilt.
     """
     for lane in range(used):
-        is_alone = constraints[lane + constraint.ALONE] > 0.0
-        if is_alone or constraints[lane + constraint.SURFACE] != constraint.OF_NO_SURFACE:
-            constraints[lane + constraint.TILTS] = 0.0
+        constraints[lane + constraint.TILTS] = 0.0
+        if constraints[lane + constraint.ALONE] > 0.0:
+            continue
+        is_flat = meets_flat(lane, constraints, points, bodies)
+        constraints[lane + constraint.TILTS] = 0.0 if is_flat else 1.0
+        if constraints[lane + constraint.SURFACE] != constraint.OF_NO_SURFACE:
             continue
         warm = 0.0
         for row in range(lane, lane + manifold.MOST * width, width):
             warm += points[row + contact_point.WARM_NORMAL]
-        is_flat = meets_flat(lane, constraints, points, bodies)
-        constraints[lane + constraint.TILTS] = 0.0 if is_flat else 1.0
         if warm > 0.0 or not is_flat:
             constraints[lane + constraint.SPRING_MASS] = 0.0
 

@@ -282,6 +282,20 @@ def mark_carried(used: int, constraints: Array, scratch: Array, bodies: Array) -
 
 
 @inline
+def waits_to_bounce(lane: int, velocity: Any, constraints: Array) -> Any:
+    """
+    Tell whether a point that is still apart has to wait for the substep in which it touches, as it
+    is to bounce there. What trembles comes slower, and must not: it would be let go, and lifted
+    again, for ever.
+
+    velocity : [m/s] along the normal
+    """
+    return (constraints[lane + constraint.RESTITUTION] > 0.0) & (
+        velocity < -constraints[lane + constraint.BOUNCE_SPEED]
+    )
+
+
+@inline
 def soft_law(
     constraints: Array, lane: int, mass: float, separation: float, impulse: float, sudden: float,
     inverse_h: float, slop: float, cap: float,
@@ -448,11 +462,9 @@ def _relax(
         new = new if new > 0.0 else 0.0
         # what touches in the next substep bounces there: at the end of a tick here is too early;
         # balls whose impact is foreseen are struck there too
-        strikes = (constraints[lane + constraint.RESTITUTION] > 0.0) | (
-            constraints[lane + constraint.WAITS] > 0.0
-        )
-        waits = is_open & strikes & (old <= 0.0)
-        new = 0.0 if waits else new
+        waits = waits_to_bounce(lane, dot(normal, velocity), constraints)
+        waits = waits | (constraints[lane + constraint.WAITS] > 0.0)
+        new = 0.0 if is_open & waits & (old <= 0.0) else new
         active = scratch[lane + lane_scratch.ACTIVE] > 0.0
         new = new if active else old
         change = new - old

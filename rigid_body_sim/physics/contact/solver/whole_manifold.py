@@ -52,7 +52,7 @@ from rigid_body_sim.physics.contact.solver import (
     lane_scratch,
     wide_lanes,
 )
-from rigid_body_sim.physics.contact.solver.solve import LIFTS, OPEN, soft_law
+from rigid_body_sim.physics.contact.solver.solve import LIFTS, OPEN, soft_law, waits_to_bounce
 from rigid_body_sim.physics.vectors import (
     add,
     cross,
@@ -217,7 +217,7 @@ def _law(
     else:
         is_new = points[row + contact_point.WARM_NORMAL] <= 0.0
         bias = separation * inverse_h if is_open & is_new else 0.0
-        may = not (is_open & (bounces > 0.0) & (impulse <= 0.0))
+        may = not (is_open & waits_to_bounce(lane, velocity, constraints) & (impulse <= 0.0))
     # rows that have no point have no mass
     residual = velocity + bias
     if SOFT:

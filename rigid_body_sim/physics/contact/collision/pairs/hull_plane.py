@@ -14,7 +14,8 @@ of the least e: of a face that is still apart no four on one side, by rounding. 
 the manifold holds those of the last tick, or else those that lie farthest along four directions
 fixed in the hull, and those of the least e, as in `extreme_points`, but from the vertices where
 they stand: a mesh may have thousands below the margin. Where all four lie on one side, one of them
-gives way to one across, if a blow could bring that down in this tick.
+gives way to one across, if a blow could bring that down in this tick. As there, of those of the
+last tick one gives way only to what is DEEPER than all of them.
 """
 
 from __future__ import annotations
@@ -42,7 +43,10 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     write_normal,
     write_point,
 )
-from rigid_body_sim.physics.contact.collision.geometry.polyhedra.extreme_points import BESIDE
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra.extreme_points import (
+    BESIDE,
+    DEEPER,
+)
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.face_clipping import facing
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records import (
     CENTER,
@@ -270,11 +274,13 @@ def choose(
         return count
     limit = max(fourth, max(least, 0.0) + SKIN * radius)
     shallow = _held(parameters, first, last, now, after, margin, limit, found)
+    deeper = DEEPER
     if shallow == math.inf:
+        deeper = TIE
         shallow = _choose_extremes(
             parameters, first, last, now, after, margin, limit, radius, found
         )
-    if least < shallow - TIE * radius:
+    if least < shallow - deeper * radius:
         found[CHOSEN + _neighbour(parameters, deepest, now, after, found)] = deepest
     reach = min(THROWN * way + SKIN * radius, margin)
     _keep_across(parameters, first, last, now, after, deepest, reach, found)
