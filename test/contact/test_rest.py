@@ -79,13 +79,13 @@ def leaning_stack(seed):
     'seed', [*range(10), *(pytest.param(i, marks=pytest.mark.long) for i in range(10, 200))]
 )
 def test_a_stack_that_is_not_straight_comes_to_rest(seed):
-    # what a spring at each point leaves of a tilt falls by ten in a second; the one spring of a
-    # face would leave three boxes at 5e-3 rad/s for ever
+    # passes leave changes of 1 mm/s alone: what is left trembles at half of what that is over a
+    # radius of 0.1 m, at most. With one spring a face three boxes never fell below 5e-3 rad/s
     sim = Simulation(leaning_stack(seed))
     sim.step(1000)
     for _ in range(20):
         sim.step(5)
-        assert np.abs(sim.state.angular_velocity).max() < 3e-4
+        assert np.abs(sim.state.angular_velocity).max() < 5e-4
         assert np.abs(sim.state.velocity).max() < 1e-4
 
 
