@@ -33,6 +33,8 @@ Manifolds are solved one after the other. Where each one gives its bodies no tur
 turns, however far the passes go. Several that are one surface are solved together
 (`whole_surface`). Of other bodies with three and more, only what is common is solved
 (`common_impulse`): heaps of hulls would cost a twelfth more by this, and come to rest no sooner.
+What tilts already has no symmetry to keep: its points are visited after this, else stacks rocked
+for ever, one of a hundred (`face_spring.meets_flat`).
 """
 
 from __future__ import annotations
