@@ -19,12 +19,13 @@ impulses lasts until the next substep (`warm_start`).
 M does not hang on the points, so nothing changes where another tile is reached, or one is left. A
 body on a pivot is pressed as it turns: there M is the sum of the effective masses of the points.
 
-It is the spring of a blow, where nothing was pressed in the last tick, and of what lies alone.
-Of a stack each point has a spring of its own as soon as it stands: else nothing but the bias
-answers to a tilt, and what the passes leave of it grows from tick to tick (three boxes that stand
-a few millimetres beside each other trembled at 5e-3 rad/s, ten at 0.3, and never came to rest).
-Springs of its own has also each point of several lines, whose load goes from tile to tile as they
-roll (`softness`), of several faces on a pivot, and of what touches three others and more.
+It is the spring of a flat blow, where nothing was pressed in the last tick and nothing tilts, and
+of what lies alone. Of a stack each point has a spring of its own as soon as it stands: else
+nothing but the bias answers to a tilt, and what the passes leave of it grows from tick to tick
+(three boxes that stand a few millimetres beside each other trembled at 5e-3 rad/s, ten at 0.3, and
+never came to rest). Springs of its own has also each point of several lines, whose load goes from
+tile to tile as they roll (`softness`), of several faces on a pivot, and of what touches three
+others and more.
 """
 
 from __future__ import annotations
