@@ -122,7 +122,7 @@ def test_a_normal_is_that_of_a_face_of_b_only_where_the_last_tick_had_one():
 
 def test_a_hull_on_a_plane_holds_the_corners_that_it_held():
     """
-    Any four of seven that are level; but the lowest is always among them.
+    Any four of seven that are level; but the lowest is among them, where it is DEEPER.
     """
     angle = 2.0 * np.pi * np.arange(7) / 7
     ring = np.column_stack((0.1 * np.cos(angle), 0.1 * np.sin(angle)))
@@ -142,7 +142,7 @@ def test_a_hull_on_a_plane_holds_the_corners_that_it_held():
     assert len(bottom) == 7
     for held in itertools.combinations(sorted(bottom), 4):
         assert sorted(meet(np.eye(3), held).features) == list(held)
-        lean = about(1, 1e-4)
+        lean = about(1, 6e-4)
         found, fresh = meet(lean, held), meet(lean, ())
         assert found.gap == fresh.gap  # the lowest is there
 

@@ -31,6 +31,7 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold_reduction import
     keep_four_flat,
 )
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.extreme_points import (
+    MUCH_DEEPER,
     keep_extremes,
 )
 
@@ -502,10 +503,10 @@ def test_what_was_held_is_held_while_a_body_trembles(chosen):
     assert forgot > 0
 
 
-@pytest.mark.parametrize('chosen', [extremes, flat_ones])
-def test_what_was_held_gives_way_to_what_is_deeper_and_to_what_spans_more(chosen):
+@pytest.mark.parametrize(('chosen', 'deeper'), [(extremes, MUCH_DEEPER), (flat_ones, DEEPER)])
+def test_what_was_held_gives_way_to_what_is_deeper_and_to_what_spans_more(chosen, deeper):
     """
-    What is deepest by more than DEEPER is among the points, whatever was held; and so are those
+    What is deepest by more than so much is among the points, whatever was held; and so are those
     that span much more than four that lie in a corner.
     """
     rng = np.random.default_rng(10)
@@ -515,7 +516,7 @@ def test_what_was_held_gives_way_to_what_is_deeper_and_to_what_spans_more(chosen
         gaps = np.zeros(len(points))
         held = rng.choice(len(points), 4, replace=False).tolist()
         deepest = int(rng.integers(len(points)))
-        gaps[deepest] = -1.1 * DEEPER * extent
+        gaps[deepest] = -1.1 * deeper * extent
         assert deepest in chosen(points, gaps, held)
     ring = np.array([[np.cos(t), np.sin(t), 0.0] for t in np.arange(12) * np.pi / 6.0])
     spans = chosen(ring, [0.0] * 12)

@@ -43,10 +43,8 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     write_normal,
     write_point,
 )
-from rigid_body_sim.physics.contact.collision.geometry.polyhedra.extreme_points import (
-    BESIDE,
-    DEEPER,
-)
+from rigid_body_sim.physics.contact.collision.geometry.manifold_reduction import DEEPER
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra.extreme_points import BESIDE
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.face_clipping import facing
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records import (
     CENTER,

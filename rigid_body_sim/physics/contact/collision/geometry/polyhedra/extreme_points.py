@@ -46,7 +46,7 @@ Array = NDArray[np.float64]
 
 # [-] of the extent, as `manifold_reduction.DEEPER`: what four of five corners carry leans towards
 # the fifth; with a third of this stacks of five pentagons and more lean round for ever
-DEEPER = 3e-4
+MUCH_DEEPER = 3e-4
 BESIDE = 2.0  # [-] of the least distance squared: neighbours
 
 
@@ -184,6 +184,6 @@ def keep_extremes(found: Array, first: int, count: int, direction: Any) -> int:
     least = found[POINTS + SEPARATION]
     for index in range(1, kept):
         least = min(least, found[POINTS + index * POINT + SEPARATION])
-    if found[deepest + SEPARATION] < least - DEEPER * extent:
+    if found[deepest + SEPARATION] < least - MUCH_DEEPER * extent:
         copy_point(found, _neighbour(found, deepest, kept), deepest)
     return kept
