@@ -333,8 +333,10 @@ def test_a_heap_falls_asleep_where_it_would_have_rested():
     assert inside.asleep(sleeping) == slow - {'ground'}
     assert boxes < slow
     assert 'b2' not in slow  # a ball rolls on, another one lies between boxes
-    # slower than 1 cm/s for half a second, then stopped: of what rocks still 5 mm could be missing
-    assert np.abs(sleeping.state.position - awake.state.position).max() < 5e-3
+    # slower than 1 cm/s for half a second, then stopped: of what rocks still 5 mm could be
+    # missing; of a ball that rolled on at 2 mm/s all of its way is
+    off = np.abs(sleeping.state.position - awake.state.position).max(axis=1)
+    assert max(off[i] for i, body in enumerate(bodies) if body.name in boxes) < 5e-3
 
 
 def test_a_sleeping_run_gives_the_same_bits_however_it_is_cut_and_when_restored():
