@@ -20,7 +20,7 @@ from rigid_body_sim.physics.contact.collision.geometry.polyhedra import (
     separating_axes,
     two_polyhedra,
 )
-from rigid_body_sim.physics.contact.collision.geometry.polyhedra.extreme_points import DEEPER
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra.extreme_points import MUCH_DEEPER
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records import (
     PRISM,
     Hull,
@@ -75,8 +75,8 @@ def test_smallest_gap_of_the_manifold_is_the_distance_of_coal(pair, count):
         case = (k, a.kind, b.kind, truth, found)
         assert 1 <= len(found) <= 4, case
         half = min(a.half_width, b.half_width)
-        # A point deeper than the others by less than DEEPER of the patch may be missing.
-        tie = DEEPER * (2.0 * min(a.reach, b.reach) + half) if a.solid is not None else TIE
+        # A point deeper than the others by less than MUCH_DEEPER of the patch may be missing.
+        tie = MUCH_DEEPER * (2.0 * min(a.reach, b.reach) + half) if a.solid is not None else TIE
         is_core = a.solid is None
         if truth > -a.radius:
             lead = 0.0 if is_core else two_polyhedra.EDGE_GAIN * half

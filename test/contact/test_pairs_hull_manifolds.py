@@ -9,7 +9,7 @@ import pytest
 
 from rigid_body_sim.physics.contact.collision.collider import CYLINDER, HULL, PLANE
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra import hulls, two_polyhedra
-from rigid_body_sim.physics.contact.collision.geometry.polyhedra.extreme_points import DEEPER
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra.extreme_points import MUCH_DEEPER
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records import packed
 from rigid_body_sim.physics.model import rotation as so3
 
@@ -199,7 +199,7 @@ def test_exchanging_the_two_shapes_turns_the_normal(pair):
         # A face of B must beat one of A by FACE_GAIN, so the two may choose differently.
         half = min(a.half_width, b.half_width)
         lead = (two_polyhedra.EDGE_GAIN + 2.0 * two_polyhedra.FACE_GAIN) * half
-        lead += 3.0 * DEEPER * min(a.reach, b.reach)
+        lead += 3.0 * MUCH_DEEPER * min(a.reach, b.reach)
         lead += 2.2 * two_polyhedra.EDGE_SHARE * max(0.0, -one.gap)
         assert abs(one.gap - other.gap) < lead
         hits += 1
@@ -251,7 +251,7 @@ def test_small_motion_changes_the_smallest_gap_by_as_little():
             if before is not None:
                 lead = (two_polyhedra.EDGE_GAIN + two_polyhedra.FACE_GAIN) * half
                 lead += 1.1 * two_polyhedra.EDGE_SHARE * max(0.0, -gap)
-                lead += 3.0 * DEEPER * min(a.reach, b.reach)
+                lead += 3.0 * MUCH_DEEPER * min(a.reach, b.reach)
                 assert abs(gap - before) < 0.0005 * (1 + 1e-9) + lead, (a, b, step)
             before = gap
 
