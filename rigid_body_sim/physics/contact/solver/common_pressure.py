@@ -138,9 +138,10 @@ def _has_one_spring(
     may roll.
     """
     first = int(manifolds[members[0] + manifold_record.LANE])
-    is_struck = _is_new(count, members, width, manifolds, rows)
-    is_struck = is_struck and face_spring.meets_flat(first, rows, rows[constraint.SIZE :], bodies)
-    if not (is_struck or surface_chain.is_alone(count, first, rows)):
+    if not surface_chain.is_alone(count, first, rows) and not (
+        _is_new(count, members, width, manifolds, rows)
+        and face_spring.meets_flat(first, rows, rows[constraint.SIZE :], bodies)
+    ):
         return False
     face, rolls = False, False
     for place in range(count):

@@ -48,11 +48,9 @@ from rigid_body_sim.physics.contact.solver.softness import DEEP
 from rigid_body_sim.physics.contact.solver.solve import OPEN
 from rigid_body_sim.physics.vectors import (
     add,
-    apply_symmetric,
     cross,
     dot,
     load,
-    load_symmetric,
     scale,
     subtract,
 )
@@ -75,13 +73,11 @@ def mass_of(inverse_mass: float) -> float:
 
 
 @inline
-def _velocities(row: int, bodies: Array) -> Any:
+def _velocity_and_spin(row: int, bodies: Array) -> Any:
     """Return velocity and angular velocity of a body."""
     momentum = load(bodies, row + solver_bodies.MOMENTUM)
-    angular_momentum = load(bodies, row + solver_bodies.ANGULAR_MOMENTUM)
-    inverse_inertia = load_symmetric(bodies, row + solver_bodies.INVERSE_INERTIA)
     velocity = scale(bodies[row + solver_bodies.INVERSE_MASS], momentum)
-    return velocity, apply_symmetric(inverse_inertia, angular_momentum)
+    return velocity, solver_bodies.spin(row, bodies)
 
 
 @inline
@@ -92,8 +88,8 @@ def meets_flat(lane: int, rows: Array, points: Array, bodies: Array) -> Any:
 
     points : the first of the lane
     """
-    velocity_a, spin_a = _velocities(int(rows[lane + constraint.BODY_A]), bodies)
-    velocity_b, spin_b = _velocities(int(rows[lane + constraint.BODY_B]), bodies)
+    velocity_a, spin_a = _velocity_and_spin(int(rows[lane + constraint.BODY_A]), bodies)
+    velocity_b, spin_b = _velocity_and_spin(int(rows[lane + constraint.BODY_B]), bodies)
     arm_a, arm_b = wide_lanes.arms(points, lane)
     normal = wide_lanes.vector(rows, lane + constraint.NORMAL)
     of_b, of_a = add(velocity_b, cross(spin_b, arm_b)), add(velocity_a, cross(spin_a, arm_a))

@@ -272,9 +272,8 @@ def choose(
         return count
     limit = max(fourth, max(least, 0.0) + SKIN * radius)
     shallow = _held(parameters, first, last, now, after, margin, limit, found)
-    deeper = DEEPER
+    deeper = TIE if shallow == math.inf else DEEPER
     if shallow == math.inf:
-        deeper = TIE
         shallow = _choose_extremes(
             parameters, first, last, now, after, margin, limit, radius, found
         )
