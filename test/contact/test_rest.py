@@ -77,14 +77,56 @@ def leaning_stack(seed, *, counts=(2, 7), sides_of=(3, 4, 6, 8)):
     'seed', [*range(10), *(pytest.param(i, marks=pytest.mark.long) for i in range(10, 200))]
 )
 def test_a_stack_that_is_not_straight_comes_to_rest(seed):
-    # passes leave changes of 1 mm/s alone: what is left trembles at half of what that is over a
-    # radius of 0.1 m, at most. With one spring a face three boxes never fell below 5e-3 rad/s
+    # all 200 are below 4e-5 rad/s; a wide margin, as single ones of other draws rock at 1e-3 and
+    # more. With one spring a face three boxes never fell below 5e-3 rad/s
     sim = Simulation(leaning_stack(seed))
     sim.step(1000)
     for _ in range(20):
         sim.step(5)
         assert np.abs(sim.state.angular_velocity).max() < 5e-4
         assert np.abs(sim.state.velocity).max() < 1e-4
+
+
+def unlike_boxes(seed):
+    """
+    Three to six boxes of 5 to 25 cm and 200 to 2000 kg/m^3, a centimetre beside each other, turned
+    about the vertical.
+    """
+    rng = np.random.default_rng(seed)
+    rough, top = {'friction': 0.6}, 0.0
+    bodies = [{'name': 'ground', 'shape': {'type': 'plane', 'normal': [0, 0, 1]}, **rough}]
+    for i in range(int(rng.integers(3, 7))):
+        size = np.maximum(rng.uniform(0.05, 0.25, 3), [0.12, 0.12, 0.0])
+        yaw, at = rng.uniform(-3, 3), [*(0.01 * rng.normal(size=2)), top + size[2] / 2]
+        top += size[2]
+        bodies.append({
+            'name': f'b{i}', 'density': 10 ** rng.uniform(2.3, 3.3), **rough,
+            'shape': {'type': 'box', 'size': size},
+            'initial': {
+                'position': at, 'orientation': [0, 0, np.sin(yaw / 2), np.cos(yaw / 2)],
+            },
+        })  # fmt: skip
+    return load_scene({
+        'version': 1, 'name': 'unlike', 'dt': 0.004, 'gravity': [0, 0, -G], 'bodies': bodies,
+        'contact': {'mode': 'timestep'},
+    })  # fmt: skip
+
+
+UNLIKE = [0, 2, 4, 32]
+
+
+@pytest.mark.parametrize(
+    'seed',
+    [*UNLIKE, *(pytest.param(i, marks=pytest.mark.long) for i in range(40) if i not in UNLIKE)],
+)
+def test_a_stack_of_unlike_boxes_comes_to_rest(seed):
+    # up to 50 kg on 1 kg: loads that are followed late let one of three rock for ever, at up to
+    # 5e-2 rad/s
+    sim = Simulation(unlike_boxes(seed))
+    sim.step(1000)
+    for _ in range(20):
+        sim.step(10)
+        assert np.abs(sim.state.angular_velocity).max() < 1e-3
 
 
 @pytest.mark.parametrize('seed', [3, 13, 36])

@@ -109,6 +109,7 @@ Indices = NDArray[np.int64]
 # (`islands.unsettled`): what is left of an impact, or of a heavy load, sinks in over a substep,
 # and is lifted again with a gain of energy.
 STRUCK = 1e-3  # [m/s] more lets heaps gain energy, less costs time
+STIRRED = 1e-4  # [m/s] the same after the motion; with ten times more heaps tremble so much more
 STEP = 1.7  # [-] over-relaxation of those passes where balls meet (SOR)
 REST = 1e-7  # [m/s] the same for the first `relaxations` passes after the motion; more lets stacks
 # tremble
@@ -1040,7 +1041,7 @@ def _follow_and_relax(
         )
     goes_on, further, iteration = True, 0, 0
     while goes_on:
-        rest = REST if iteration + 1 < relaxations else (STRUCK if further == 0 else NEAR)
+        rest = REST if iteration + 1 < relaxations else (STIRRED if further == 0 else NEAR)
         step = 1.0 if iteration < relaxations or further > 0 else STEP
         changed = relax(
             lanes, batch_count, 1.0 / now.substep, iteration, rest, step, rows, scratch, batches,

@@ -33,7 +33,6 @@ SPRING_MASS = constraint.number(
 )
 MANIFOLDS = constraint.number('-', 'of its bodies, of the one that has more')
 ALONE = constraint.number('-', '1: these are all of one surface, or this one')
-TILTS = constraint.number('-', '1: its bodies turn against each other: `face_spring`')
 OTHERS_IMPULSE = constraint.number('N s', 'by which the others of its surface press that')
 LASTS = constraint.number('-', 'share of what presses it that lasts: `warm_start`')
 RESTITUTION = constraint.number('-', 'coefficient e')

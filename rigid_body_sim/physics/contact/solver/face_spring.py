@@ -104,21 +104,15 @@ def meets_flat(lane: int, rows: Array, points: Array, bodies: Array) -> Any:
 def keep_for_blows(
     used: int, width: int, constraints: Array, points: Array, bodies: Array
 ) -> None:  # fmt: skip
-    """
-    Leave one spring to the lanes of a batch that lie alone, or are struck flat; note which tilt.
-    """
+    """Leave one spring to the lanes of a batch that lie alone, or are struck flat."""
     for lane in range(used):
-        constraints[lane + constraint.TILTS] = 0.0
-        if constraints[lane + constraint.ALONE] > 0.0:
-            continue
-        is_flat = meets_flat(lane, constraints, points, bodies)
-        constraints[lane + constraint.TILTS] = 0.0 if is_flat else 1.0
-        if constraints[lane + constraint.SURFACE] != constraint.OF_NO_SURFACE:
+        of_surface = constraints[lane + constraint.SURFACE] != constraint.OF_NO_SURFACE
+        if of_surface or constraints[lane + constraint.ALONE] > 0.0:
             continue
         warm = 0.0
         for row in range(lane, lane + manifold.MOST * width, width):
             warm += points[row + contact_point.WARM_NORMAL]
-        if warm > 0.0 or not is_flat:
+        if warm > 0.0 or not meets_flat(lane, constraints, points, bodies):
             constraints[lane + constraint.SPRING_MASS] = 0.0
 
 

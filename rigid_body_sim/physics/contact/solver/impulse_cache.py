@@ -449,8 +449,9 @@ def store_impulses(
             row = lane + constraint.SIZE + point * width
             share = _stored_share(lane, row, rows)
             cache[to + cache_record.FEATURE] = manifolds[found + manifold.FEATURE]
-            normal_impulse = share * rows[row + contact_point.NORMAL_IMPULSE]
-            cache[to + cache_record.NORMAL_IMPULSE] = normal_impulse
+            cache[to + cache_record.NORMAL_IMPULSE] = warm_start.foreseen(
+                row, share * rows[row + contact_point.NORMAL_IMPULSE], rows
+            )
             friction = angular_impulse = (0.0, 0.0, 0.0)
             pressed = rows[row + contact_point.TOTAL_IMPULSE]
             if pressed + rows[row + contact_point.NORMAL_IMPULSE] > 0.0:  # else nothing rubs

@@ -10,6 +10,11 @@ about the motion, as other forces do (`separation`):
 
 and Coulomb's law holds for it: |J_t| <= mu J_n. Between substeps the arms are those of now, so
 that angular momentum stays. The first substep of a tick starts from what `impulse_cache` recalls.
+
+What lasts goes on along the normal as it has changed, J + GOES_ON (J - J_before): passes find the
+loads of what rocks slowly (heavy on light, a high stack) only in part in each substep, and what
+follows late feeds the motion that it follows. One of three stacks of boxes of unlike sizes rocked
+for ever, at up to 0.05 rad/s.
 """
 
 from __future__ import annotations
@@ -33,6 +38,9 @@ RUBS = slot('[-] whether friction is that of the points, not of a patch of them'
 
 LOAD = 0.02  # [m/s] what gravity gives in two milliseconds
 GROWTH = 4.0  # [-] of half a warm start: a load is at most twice the last one
+# [-] of the change of a load, and of the load at most: with less GOES_ON stacks rock, with 1
+# loads that are found in part swing, and pyramids never rest
+GOES_ON, MOST = 0.6, 0.5
 
 
 @inline
@@ -46,6 +54,18 @@ def share_of_load(impulse: float, warm: float, mass: float) -> Any:
     """
     limit = max(GROWTH * warm, LOAD * mass)
     return limit / impulse if impulse > limit else 1.0
+
+
+@inline
+def foreseen(row: int, impulse: float, points: Array) -> Any:
+    """
+    Return what a point starts from in the next substep [N s]: a load goes on as it has changed.
+
+    impulse : [N s] what lasts of it in this one
+    """
+    before = 2.0 * points[row + contact_point.WARM_NORMAL]
+    change = wide_lanes.clamp(GOES_ON * (impulse - before), MOST * impulse)
+    return impulse + change if before > 0.0 else impulse
 
 
 @inline
@@ -141,7 +161,9 @@ def _start_substep(lanes: int, constraints: Array, points: Array, scratch: Array
         )
         points[lane + contact_point.TOTAL_IMPULSE] += normal_impulse
         share = lasting_share(lane, lane, constraints, points)
-        points[lane + contact_point.NORMAL_IMPULSE] = share * normal_impulse
+        points[lane + contact_point.NORMAL_IMPULSE] = foreseen(
+            lane, share * normal_impulse, points
+        )
         if RUBS:
             impulse_1 = points[lane + contact_point.TANGENT_IMPULSE_1]
             impulse_2 = points[lane + contact_point.TANGENT_IMPULSE_2]

@@ -33,8 +33,6 @@ Manifolds are solved one after the other. Where each one gives its bodies no tur
 turns, however far the passes go. Several that are one surface are solved together
 (`whole_surface`). Of other bodies with three and more, only what is common is solved
 (`common_impulse`): heaps of hulls would cost a twelfth more by this, and come to rest no sooner.
-What tilts already has no symmetry to keep: its points are visited after this, else stacks rocked
-for ever, one of a hundred (`face_spring.meets_flat`).
 """
 
 from __future__ import annotations
@@ -125,8 +123,7 @@ def rest(
     slides : friction follows what presses: `patch_friction.find_slide`
     """
     for lane in range(lanes):
-        visited = constraints[lane + constraint.TILTS] > 0.0
-        visited = visited | (constraints[lane + constraint.ROLLING_FRICTION] > 0.0)
+        visited = constraints[lane + constraint.ROLLING_FRICTION] > 0.0
         visited = visited | (constraints[lane + constraint.TORSIONAL_FRICTION] > 0.0)
         if slides:
             visited = visited | _is_lifted(lane, width, points, scratch)
