@@ -342,6 +342,18 @@ def _stored_share(lane: int, row: int, rows: Array) -> Any:
 
 
 @inline
+def _share_that_goes_on(lane: int, count: int, width: int, rows: Array) -> Any:
+    """Share of their change with which the loads of a manifold go on: see `warm_start`."""
+    of_none = rows[lane + constraint.SURFACE] == constraint.OF_NO_SURFACE
+    share = warm_start.GOES_ON if of_none else 0.0
+    first = lane + constraint.SIZE
+    for row in range(first, first + count * width, width):
+        lasts = _stored_share(lane, row, rows) * rows[row + contact_point.NORMAL_IMPULSE]
+        share = warm_start.share_that_goes_on(row, lasts, share, rows)
+    return share
+
+
+@inline
 def _load_of_point(lane: int, row: int, h: float, rows: Array) -> Any:
     """Load of a point over its effective mass [m/s^2]; h: substep [s]."""
     lasts = _stored_share(lane, row, rows) * rows[row + contact_point.NORMAL_IMPULSE]
@@ -444,13 +456,14 @@ def store_impulses(
         lane = int(manifolds[record + manifold_record.LANE])
         shape = int(manifolds[record + manifold_record.COLLIDER_A]) * pose.SIZE
         normal, tangent_1, tangent_2 = wide_lanes.contact_frame(rows, lane)
+        goes_on = _share_that_goes_on(lane, count, width, rows)
         for point in range(count):
             found = record + manifold_record.POINTS + point * manifold.POINT
             row = lane + constraint.SIZE + point * width
             share = _stored_share(lane, row, rows)
             cache[to + cache_record.FEATURE] = manifolds[found + manifold.FEATURE]
             cache[to + cache_record.NORMAL_IMPULSE] = warm_start.foreseen(
-                row, share * rows[row + contact_point.NORMAL_IMPULSE], rows
+                row, share * rows[row + contact_point.NORMAL_IMPULSE], goes_on, rows
             )
             friction = angular_impulse = (0.0, 0.0, 0.0)
             pressed = rows[row + contact_point.TOTAL_IMPULSE]

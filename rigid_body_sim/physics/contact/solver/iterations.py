@@ -549,6 +549,9 @@ def _start_substep(
         _, lanes = _lanes(number, lanes_at_once, batches)
         point_count, first = _points(number, batches)
         near = batches[number * batch_record.SIZE + batch_record.NEAR_COUNT]
+        for point in range(near, point_count):
+            points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
+            warm_start.let_go(lanes, points)
         if near == 0:
             continue
         constraints = rows[first - constraint.SIZE : first]
@@ -558,6 +561,8 @@ def _start_substep(
         if PATCHES and _is_whole(number, batches):
             points = rows[first : first + MOST * WIDTH]
             face_spring.find_lasting_shares(lanes, WIDTH, constraints, points)
+        points = rows[first : first + point_count * WIDTH]
+        warm_start.find_shares_that_go_on(lanes, near, WIDTH, constraints, points)
         for point in range(near):
             points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
             if PATCHES and point_count > 1:

@@ -11,10 +11,11 @@ about the motion, as other forces do (`separation`):
 and Coulomb's law holds for it: |J_t| <= mu J_n. Between substeps the arms are those of now, so
 that angular momentum stays. The first substep of a tick starts from what `impulse_cache` recalls.
 
-What lasts goes on along the normal as it has changed, J + GOES_ON (J - J_before): passes find the
-loads of what rocks slowly (heavy on light, a high stack) only in part in each substep, and what
-follows late feeds the motion that it follows. One of three stacks of boxes of unlike sizes rocked
-for ever, at up to 0.05 rad/s.
+What lasts goes on along the normal as it has changed, J + g (J - J_before): passes find the loads
+of what rocks slowly (heavy on light, a high stack) only in part in each substep, and what follows
+late feeds the motion that it follows. One of three stacks of boxes of unlike sizes rocked for
+ever, at up to 0.05 rad/s. One g for all points of a manifold, GOES_ON at most: so what turns
+nothing goes on turning nothing.
 """
 
 from __future__ import annotations
@@ -57,18 +58,6 @@ def share_of_load(impulse: float, warm: float, mass: float) -> Any:
 
 
 @inline
-def foreseen(row: int, impulse: float, points: Array) -> Any:
-    """
-    Return what a point starts from in the next substep [N s]: a load goes on as it has changed.
-
-    impulse : [N s] what lasts of it in this one
-    """
-    before = 2.0 * points[row + contact_point.WARM_NORMAL]
-    change = wide_lanes.clamp(GOES_ON * (impulse - before), MOST * impulse)
-    return impulse + change if before > 0.0 else impulse
-
-
-@inline
 def share_of_point(row: int, points: Array) -> Any:
     """Share of the impulse of a point that is a load, alone."""
     return share_of_load(
@@ -82,6 +71,57 @@ def lasting_share(lane: int, row: int, constraints: Array, points: Array) -> Any
     """Share of the impulse of a point that lasts: its load, or that of all with its spring."""
     one_spring = constraints[lane + constraint.SPRING_MASS] > 0.0
     return constraints[lane + constraint.LASTS] if one_spring else share_of_point(row, points)
+
+
+@inline
+def share_that_goes_on(row: int, impulse: float, share: Any, points: Array) -> Any:
+    """
+    Return the share g of the change of a load with which a manifold goes on, a point more known:
+    none changes by more than MOST of it, and none that has begun or ended in this substep goes on.
+
+        impulse : [N s] what lasts of the point
+        share   : of the points before
+    """
+    before = 2.0 * points[row + contact_point.WARM_NORMAL]
+    change = abs(impulse - before)
+    most = MOST * impulse if before > 0.0 else 0.0
+    return most / change if share * change > most else share
+
+
+@inline
+def foreseen(row: int, impulse: float, share: float, points: Array) -> Any:
+    """
+    Return what a point starts from in the next substep [N s]: a load goes on as it has changed.
+
+        impulse : [N s] what lasts of it in this one
+        share   : see `share_that_goes_on`
+    """
+    return impulse + share * (impulse - 2.0 * points[row + contact_point.WARM_NORMAL])
+
+
+@inline
+def find_shares_that_go_on(
+    lanes: int, count: int, width: int, constraints: Array, points: Array
+) -> None:
+    """
+    Find with which share of their change the loads of each lane of a batch go on; those of a
+    surface of several manifolds stay as they are.
+    """
+    for lane in range(lanes):
+        of_none = constraints[lane + constraint.SURFACE] == constraint.OF_NO_SURFACE
+        share = GOES_ON if of_none else 0.0
+        for row in range(lane, lane + count * width, width):
+            lasts = lasting_share(lane, row, constraints, points)
+            lasts *= points[row + contact_point.NORMAL_IMPULSE]
+            share = share_that_goes_on(row, lasts, share, points)
+        constraints[lane + constraint.GOES_ON] = share
+
+
+@inline
+def let_go(lanes: int, points: Array) -> None:
+    """Note of one point of each lane, which cannot be reached, that it starts from nothing."""
+    for lane in range(lanes):
+        points[lane + contact_point.WARM_NORMAL] = 0.0
 
 
 @inline
@@ -162,7 +202,7 @@ def _start_substep(lanes: int, constraints: Array, points: Array, scratch: Array
         points[lane + contact_point.TOTAL_IMPULSE] += normal_impulse
         share = lasting_share(lane, lane, constraints, points)
         points[lane + contact_point.NORMAL_IMPULSE] = foreseen(
-            lane, share * normal_impulse, points
+            lane, share * normal_impulse, constraints[lane + constraint.GOES_ON], points
         )
         if RUBS:
             impulse_1 = points[lane + contact_point.TANGENT_IMPULSE_1]
