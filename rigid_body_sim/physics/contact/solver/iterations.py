@@ -549,9 +549,6 @@ def _start_substep(
         _, lanes = _lanes(number, lanes_at_once, batches)
         point_count, first = _points(number, batches)
         near = batches[number * batch_record.SIZE + batch_record.NEAR_COUNT]
-        for point in range(near, point_count):
-            points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
-            warm_start.let_go(lanes, points)
         if near == 0:
             continue
         constraints = rows[first - constraint.SIZE : first]

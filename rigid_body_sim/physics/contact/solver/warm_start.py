@@ -118,13 +118,6 @@ def find_shares_that_go_on(
 
 
 @inline
-def let_go(lanes: int, points: Array) -> None:
-    """Note of one point of each lane, which cannot be reached, that it starts from nothing."""
-    for lane in range(lanes):
-        points[lane + contact_point.WARM_NORMAL] = 0.0
-
-
-@inline
 def _warm_start(constraints: Array, points: Array, scratch: Array, lane: int) -> None:
     """Halve the accumulated impulse of a point; sum up what that is to its bodies."""
     normal, tangent_1, tangent_2 = wide_lanes.contact_frame(constraints, lane)
