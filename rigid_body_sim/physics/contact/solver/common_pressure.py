@@ -210,7 +210,10 @@ def _is_round(record: int, manifolds: Array, rows: Array) -> bool:
 def _list_surface(
     record: int, table: Indices, manifolds: Array, rows: Array, bodies: Array, members: Indices
 ) -> int:  # fmt: skip
-    """List where the manifolds begin that are of one surface with one of them; return how many."""
+    """
+    List where the manifolds begin that are of one surface with one of them; return how many. None
+    is of two, also where normals are alike one by one, and the first and the last are not.
+    """
     body, side = _owner(record, table, manifolds)
     other = _other(record, side, manifolds, rows)
     normal = scale(1.0 - 2.0 * side, load(manifolds, record + manifold_record.NORMAL))
@@ -220,7 +223,8 @@ def _list_surface(
         _, its_side = _owner(place, table, manifolds)
         its_normal = scale(1.0 - 2.0 * its_side, load(manifolds, place + manifold_record.NORMAL))
         if (
-            _other(place, its_side, manifolds, rows) == other
+            manifolds[place + manifold_record.STATE] != DONE
+            and _other(place, its_side, manifolds, rows) == other
             and 1.0 - dot(normal, its_normal) < ALIKE
         ):
             members[count] = place

@@ -145,15 +145,24 @@ def _begin(first: int, width: int, rows: Array) -> None:
         lane = int(rows[lane + constraint.NEXT_OF_SURFACE])
 
 
-@inline
-def _is_unsettled(first: int, rows: Array) -> bool:
-    """Tell whether the last pass has changed some lane of a surface."""
+@kernel
+def _goes_on(first: int, rows: Array) -> bool:
+    """
+    Tell whether the last pass has changed some lane of a surface; let all of them be visited then.
+    What is given to the whole may let go on a lane that the last pass has left alone.
+    """
+    most = 0.0
     lane = first
     while lane > 0:
-        if rows[lane + constraint.UNSETTLED] > 0.0:
-            return True
+        most = max(most, rows[lane + constraint.UNSETTLED])
         lane = int(rows[lane + constraint.NEXT_OF_SURFACE])
-    return False
+    if not most > 0.0:
+        return False
+    lane = first
+    while lane > 0:
+        rows[lane + constraint.UNSETTLED] = most
+        lane = int(rows[lane + constraint.NEXT_OF_SURFACE])
+    return True
 
 
 @kernel
@@ -376,7 +385,7 @@ def _solve_surfaces(
     """
     first = int(scratch[lane_scratch.WHOLE_SURFACES])
     while first > 0:
-        if number_of_pass == 0 or _is_unsettled(first, rows):
+        if number_of_pass == 0 or _goes_on(first, rows):
             _begin(first, WIDTH, rows)
             most = _most_pressed(first, WIDTH, SOFT, BOUNCING, rows)
             for turn in range(ROUNDS):
