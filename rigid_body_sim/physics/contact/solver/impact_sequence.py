@@ -223,6 +223,7 @@ def _clear(lane: int, rows: Array) -> None:
     point = lane + constraint.SIZE
     for sums in (IMPULSE, LATE, TWIST, OF_ROUND):
         wide_lanes.put_vector(rows, point + sums, (0.0, 0.0, 0.0))
+    rows[lane + CHANGE] = 0.0
 
 
 @kernel
