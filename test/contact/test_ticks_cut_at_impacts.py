@@ -280,3 +280,30 @@ def test_a_disc_that_chatters_to_rest_on_its_face_does_not_sink_in_meanwhile(cho
     for _ in range(4):
         sim.step()
         assert depths(sim, discs).max() < 2 * SINK
+
+
+@pytest.mark.parametrize(
+    'seed', [1, 2, *(pytest.param(seed, marks=pytest.mark.long) for seed in range(3, 11))]
+)
+def test_no_impact_is_told_twice(seed):
+    """
+    Neither where a tick is made anew, nor where an island joins one that is cut more finely.
+    """
+    rng = np.random.default_rng(seed)
+    bodies = []
+    for i in range(30):
+        place = (*rng.uniform(-0.25, 0.25, 2), 0.25 + 0.15 * i)
+        e, speed = float(rng.choice([0.0, 0.3, 0.8])), rng.uniform(-8, 8, 3)
+        if i % 2:
+            bodies.append(ball(f'b{i}', place, speed.tolist(), e=e, mu=0.5))
+        else:
+            bodies.append(cube(f'b{i}', place, 0.2, e=e, spin=speed.tolist()))
+    sim = world(*bodies)
+    for _ in range(300):
+        sim.step(1)
+        found = sim.impacts()
+        told = np.column_stack(
+            (found.remainder, found.bodies, found.point, found.impulse, found.approach)
+        )
+        assert len(np.unique(told.round(12), axis=0)) == len(told)
+        assert np.all(np.diff(found.remainder) >= 0.0)

@@ -311,9 +311,11 @@ def _advance(ticks, tick, h, world):
                 counts[tick_counts.DONE] = passed + 1
                 evaluated = False  # nobody moves, but time does, and what it tells forces
                 continue
+        impacts = counts[tick_counts.IMPACTS]
         if not detect_contacts(tick + passed, h, world) or not arrange_constraints(
             now, motion.body_count, colliders, constraints, bodies, driven, counts
         ):
+            counts[tick_counts.IMPACTS] = impacts  # the tick is made anew, with its impacts
             return 0.0
         deep_overlaps.list_deep_overlaps(
             tick + passed == 0, counts[tick_counts.MANIFOLDS], colliders.table,

@@ -734,7 +734,10 @@ class ContactWorld:
             counts[tick_counts.CUTTING] = tick_counts.ASKS_FOR_CUTS
             return status
 
-        return self._advance_islands(islands, h, motion, advance)
+        mark = len(self.impacts)
+        status = self._advance_islands(islands, h, motion, advance)
+        self.impacts[mark:] = cuts.in_order(self.impacts[mark:])
+        return status
 
     def advance_cut(
         self, bodies: NDArray[np.bool_], h: float, motion: tuple[Any, Any],
@@ -764,6 +767,7 @@ class ContactWorld:
             return advance(int(wanted.max()))
         start = (*(np.array(blocks) for blocks in motion), arrays.cache_in_use.copy())
         outcomes: dict[int, Outcome] = {}
+        impacts: dict[int, list[Array]] = {}
         manner = 0
         while True:
             wanted = islands.wanted
@@ -775,12 +779,13 @@ class ContactWorld:
             status = self._advance_some(islands, manner, motion, start, advance)
             if status != 0.0:
                 return status
-            if self._events:
-                own = cuts.of_manner(self.impacts[mark:], manner, islands.wanted, arrays.table)
-                self.impacts[mark:] = own
+            impacts[manner] = self.impacts[mark:]
+            del self.impacts[mark:]
             read = together(self._pieces)
             translation, rotation = (np.array(blocks) for blocks in motion)
             outcomes[manner] = Outcome(translation, rotation, arrays.cache_in_use.copy(), read)
+        for manner, found in impacts.items():  # who joined a finer one later has them there
+            self.impacts += cuts.of_manner(found, manner, wanted, arrays.table)
         cache, read = put_together(outcomes, wanted, arrays.table, *motion, arrays.substep_of(h))
         arrays.put_cache(cache)
         self._is_read, self._pieces, self._h = True, [read], h
