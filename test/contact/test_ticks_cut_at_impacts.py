@@ -12,6 +12,9 @@ import pytest
 
 from rigid_body_sim import Simulation, load_scene
 
+from .test_far_away import heap, whatever
+from .touching import scene as scene_of
+
 GRAVITY = 9.81  # [m/s^2]
 DT = 0.004  # [s]
 FAR = 1e4  # [m] where a witness falls
@@ -280,6 +283,29 @@ def test_a_disc_that_chatters_to_rest_on_its_face_does_not_sink_in_meanwhile(cho
     for _ in range(4):
         sim.step()
         assert depths(sim, discs).max() < 2 * SINK
+
+
+@pytest.mark.parametrize(
+    ('restitution', 'kinds', 'count', 'seed', 'ticks'),
+    [(0.3, (4, 1, 1, 0, 2), 29, 305, 180), (0.0, (2, 3), 7, 347, 225)],
+)
+def test_a_heap_has_the_same_bits_beside_others_whose_ticks_are_cut(
+    restitution, kinds, count, seed, ticks
+):
+    """
+    In 305 a tick is cut at an impact of the others while a ball is too fast for a whole one; in
+    347 something of the others is too fast, and what flies here is followed all the same.
+    """
+    bodies = heap(restitution, seed, count, kinds)
+    alone, together = (
+        Simulation(scene_of(some, dt=DT, mode='event'))
+        for some in (bodies, whatever(seed, 0.0) + bodies)
+    )
+    for sim in (alone, together):
+        sim.step(ticks)
+    first = together.scene.bodies.index(bodies[0])
+    found = together.state.values[first : first + len(bodies)]
+    np.testing.assert_array_equal(found, alone.state.values[: len(bodies)])
 
 
 @pytest.mark.parametrize(

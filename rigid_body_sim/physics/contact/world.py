@@ -577,30 +577,52 @@ class ContactWorld:
         for manner in sorted(set(islands.wanted.tolist())):
             islands.join(manner, pairs)
 
-        def advance(manner: int) -> float:
-            if manner == WHOLE:
-                status = self._piece(call, tick, h, (0.0, h), tick_counts.HIDES_CUTS)
-                assert status is not None
-                self._pieces = [self._read(arrays.manifolds_in_use)]
-                return status
-            return self._advance_cut_at_impacts(call, tick, h, motion)
+        def advance(manner: int) -> float | None:
+            if manner >= cuts.FIRST:
+                return self._advance_cut_at_impacts(call, tick, h, motion)
+            if manner > WHOLE:
+                return self._advance_in_pieces(call, tick, h, manner)
+            status = self._advance_whole(call, tick, h, fine=False)
+            if status is None:  # something of what was to be whole is too fast
+                found, before = arrays.manifolds_in_use, islands.wanted
+                wanted = pieces_wanted(found, arrays.table, count)
+                islands.want(np.where(before == WHOLE, wanted, WHOLE))
+                islands.join(WHOLE, pairs_of(found, arrays.table))
+                if np.array_equal(islands.wanted, before):
+                    return self._advance_whole(call, tick, h)
+            return status
 
         mark = len(self.impacts)
         status = self._advance_islands(islands, h, motion, advance)
         self.impacts[mark:] = cuts.in_order(self.impacts[mark:])
         return status
 
-    def _piece(
-        self, call: Call, tick: float, h: float, piece: tuple[float, float], cutting: int
+    def _advance_whole(
+        self, call: Call, tick: float, h: float, *, fine: bool = True
     ) -> float | None:
         """
-        Advance over a piece of a tick, and return the status; None: it is to be cut at an impact.
+        Advance over a tick that is cut at impacts, if at all, for others; the status, or None: see
+        `_piece`.
+        """
+        status = self._piece(call, tick, h, (0.0, h), tick_counts.HIDES_CUTS, fine=fine)
+        if status is not None:
+            self._pieces = [self._read(self.arrays.manifolds_in_use)]
+        return status
+
+    def _piece(
+        self, call: Call, tick: float, h: float, piece: tuple[float, float], cutting: int, *,
+        fine: bool = True,
+    ) -> float | None:  # fmt: skip
+        """
+        Advance over a piece of a tick, and return the status; None: it is to be cut at an impact,
+        or into pieces.
 
         piece   : [s] where it begins in the tick, and how long it is
         cutting : what is done with impacts that ask for cuts: `tick_counts`
+        fine    : whether what is fast does not ask for pieces
         """
         counts, (begin, length) = self.arrays.counts, piece
-        counts[tick_counts.CUTTING], counts[tick_counts.FINE] = cutting, 1
+        counts[tick_counts.CUTTING], counts[tick_counts.FINE] = cutting, int(fine)
         try:
             while True:
                 status = call(1, (tick * h + begin) / length, length)
@@ -610,7 +632,7 @@ class ContactWorld:
                     self._is_read, self._pieces = True, []
                     self._note_pairs()
                     return status
-                if counts[tick_counts.STATUS] == tick_counts.CUT:
+                if counts[tick_counts.STATUS] in (tick_counts.CUT, tick_counts.TOO_LONG):
                     return None
                 self._answer(length)
         finally:
@@ -709,34 +731,41 @@ class ContactWorld:
         """
         Advance over one tick, in equal pieces where something fast hits something in it.
         """
-        counts, arrays = self.arrays.counts, self.arrays
+        arrays, count = self.arrays, self._layout.n_moving
         manifolds = arrays.manifolds_in_use
-        count = self._layout.n_moving
         islands = Islands(self._groups, pieces_wanted(manifolds, arrays.table, count))
         islands.join(WHOLE, pairs_of(manifolds, arrays.table))
 
-        def advance(pieces: int) -> float:
-            def one(piece: int) -> float:
-                while True:
-                    status = call(1, tick * pieces + piece, h / pieces)
-                    self._take_impacts(h, tick, piece * (h / pieces))
-                    take_overlaps(arrays.overlaps, self._overlaps)
-                    if status != 0.0 or counts[tick_counts.DONE]:
-                        self._is_read, self._pieces = True, []
-                        self._note_pairs()
-                        return status
-                    self._answer(h / pieces)
-
-            counts[tick_counts.FINE] = 1
-            counts[tick_counts.CUTTING] = tick_counts.LEAVES_CUTS
-            status = self.in_pieces(h, [h / pieces] * pieces, one)
-            counts[tick_counts.FINE] = 0
-            counts[tick_counts.CUTTING] = tick_counts.ASKS_FOR_CUTS
-            return status
+        def advance(pieces: int) -> float | None:
+            if pieces == WHOLE and self._events:
+                return self._advance_whole(call, tick, h)
+            return self._advance_in_pieces(call, tick, h, pieces)
 
         mark = len(self.impacts)
         status = self._advance_islands(islands, h, motion, advance)
         self.impacts[mark:] = cuts.in_order(self.impacts[mark:])
+        return status
+
+    def _advance_in_pieces(self, call: Call, tick: float, h: float, pieces: int) -> float:
+        """Advance over one tick in equal pieces; return the status."""
+        counts, arrays = self.arrays.counts, self.arrays
+
+        def one(piece: int) -> float:
+            while True:
+                status = call(1, tick * pieces + piece, h / pieces)
+                self._take_impacts(h, tick, piece * (h / pieces))
+                take_overlaps(arrays.overlaps, self._overlaps)
+                if status != 0.0 or counts[tick_counts.DONE]:
+                    self._is_read, self._pieces = True, []
+                    self._note_pairs()
+                    return status
+                self._answer(h / pieces)
+
+        counts[tick_counts.FINE] = 1
+        counts[tick_counts.CUTTING] = tick_counts.LEAVES_CUTS
+        status = self.in_pieces(h, [h / pieces] * pieces, one)
+        counts[tick_counts.FINE] = 0
+        counts[tick_counts.CUTTING] = tick_counts.ASKS_FOR_CUTS
         return status
 
     def advance_cut(
@@ -755,8 +784,9 @@ class ContactWorld:
         return self._advance_islands(islands, h, motion, lambda manner: advance(manner == CUT))
 
     def _advance_islands(
-        self, islands: Islands, h: float, motion: tuple[Any, Any], advance: Callable[[int], float]
-    ) -> float:
+        self, islands: Islands, h: float, motion: tuple[Any, Any],
+        advance: Callable[[int], float | None],
+    ) -> float:  # fmt: skip
         """
         Advance over a tick, each island in its own manner: see `islands.manners`. Where islands
         may sleep, all go in the finest one.
@@ -764,7 +794,9 @@ class ContactWorld:
         arrays = self.arrays
         wanted = islands.wanted
         if self._sleepers is not None or wanted.min() == wanted.max():
-            return advance(int(wanted.max()))
+            status = advance(int(wanted.max()))
+            assert status is not None
+            return status
         start = (*(np.array(blocks) for blocks in motion), arrays.cache_in_use.copy())
         outcomes: dict[int, Outcome] = {}
         impacts: dict[int, list[Array]] = {}
@@ -793,11 +825,11 @@ class ContactWorld:
 
     def _advance_some(
         self, islands: Islands, manner: int, motion: tuple[Any, Any], start: Any,
-        advance: Callable[[int], float],
+        advance: Callable[[int], float | None],
     ) -> float:  # fmt: skip
         """
         Advance over a tick from its start in a manner, until no body is missing that is connected
-        to who wants it.
+        to who wants it; again, where `advance` finds that some of them want a finer one (None).
         """
         table, works, overlaps = self.arrays.table, self.work_of_drives, self._overlaps
         mark, deepest = len(self.impacts), self._overlap_counts[deep_overlaps.DEEPEST]
@@ -815,6 +847,8 @@ class ContactWorld:
             pairs = np.concatenate([np.zeros((0, 2), dtype=np.int64), *self._pairs.pop()])
             let_stand_back(np.zeros_like(take_part), table)
             islands.join(manner, pairs)
+            if status is None:
+                continue
             if status != 0.0 or not ((islands.wanted == manner) & ~take_part).any():
                 return status
 

@@ -77,10 +77,18 @@ class Islands:
     @property
     def wanted(self) -> Indices:
         """Manner that each body wants."""
+        return self._wanted[self._roots_of_all()]
+
+    def want(self, wanted: Indices) -> None:
+        """Let islands want the manners (n,) of their bodies, where those are finer."""
+        np.maximum.at(self._wanted, self._roots_of_all(), wanted)
+
+    def _roots_of_all(self) -> Indices:
+        """Root of each body."""
         roots = self._roots
         while not np.array_equal(roots, roots[roots]):
             roots = roots[roots]
-        return self._wanted[roots]
+        return roots
 
     def join(self, manner: int, pairs: Indices) -> None:
         """Join what pairs (m, 2) of bodies join, that were found in a manner."""
