@@ -26,6 +26,7 @@ from rigid_body_sim.physics.model.shapes import (
     Surface,
 )
 
+from .. import inside
 from .touching import ball, box, ground, lean, motion, scene
 
 TICK = 0.004  # [s]
@@ -228,6 +229,22 @@ def test_what_lies_on_many_small_tiles_has_the_same_bits_beside_others(seed):
     np.testing.assert_array_equal(together, alone)
 
 
+def compare_with_leftovers(ticks, seed, make):
+    """
+    Compare a run with one in which the rows of the solver hold random numbers before each tick.
+    """
+    rng = np.random.default_rng(seed)
+    usual, with_leftovers = make(), make()
+    for _ in range(ticks):
+        arrays = inside.world(with_leftovers)
+        arrays.counts[tick_counts.ASSEMBLED] = 0  # else rows are kept on purpose
+        rows = arrays.rows[colouring.HEAD :]
+        rows[:] = rng.uniform(-1, 1, len(rows)) * 10.0 ** rng.uniform(-9, 0, len(rows))
+        for sim in (usual, with_leftovers):
+            sim.step(1)
+        np.testing.assert_array_equal(with_leftovers.state.values, usual.state.values)
+
+
 @pytest.mark.parametrize(
     ('kinds', 'seed'),
     [
@@ -243,17 +260,8 @@ def test_what_the_solver_has_written_in_earlier_ticks_changes_no_bit(kinds, seed
     """
     What was never written, or is of another contact by now, is as good as any number.
     """
-    rng = np.random.default_rng(seed)
     bodies = on_small_tiles(0.8 if kinds == BALLS else 0.3 * (seed % 2), seed, kinds)
-    usual, with_leftovers = (Simulation(scene(bodies, dt=TICK)) for _ in range(2))
-    for _ in range(300):
-        arrays = with_leftovers._stepper.contact.arrays
-        arrays.counts[tick_counts.ASSEMBLED] = 0  # else rows are kept on purpose
-        rows = arrays.rows[colouring.HEAD :]
-        rows[:] = rng.uniform(-1, 1, len(rows)) * 10.0 ** rng.uniform(-9, 0, len(rows))
-        for sim in (usual, with_leftovers):
-            sim.step(1)
-        np.testing.assert_array_equal(with_leftovers.state.values, usual.state.values)
+    compare_with_leftovers(300, seed, lambda: Simulation(scene(bodies, dt=TICK)))
 
 
 def begins(body, instants):

@@ -12,7 +12,7 @@ import pytest
 
 from rigid_body_sim import Simulation, load_scene
 
-from .test_far_away import heap, whatever
+from .test_far_away import compare_with_leftovers, heap, whatever
 from .touching import scene as scene_of
 
 GRAVITY = 9.81  # [m/s^2]
@@ -306,6 +306,14 @@ def test_a_heap_has_the_same_bits_beside_others_whose_ticks_are_cut(
     first = together.scene.bodies.index(bodies[0])
     found = together.state.values[first : first + len(bodies)]
     np.testing.assert_array_equal(found, alone.state.values[: len(bodies)])
+
+
+def test_a_manifold_whose_points_all_are_hidden_does_not_press():
+    """
+    It had a lane whose point was never written: what another contact had left there pressed.
+    """
+    bodies = heap(0.0, 413, 29, (3, 2, 3, 3))
+    compare_with_leftovers(150, 413, lambda: Simulation(scene_of(bodies, dt=DT, mode='event')))
 
 
 @pytest.mark.parametrize(

@@ -273,9 +273,7 @@ class Tick(NamedTuple):
 
 
 def _advance(ticks, tick, h, world):
-    """
-    Let ticks pass: the recipe, which Python calls; NaN: no number left. Who helps does parts.
-    """
+    """Let ticks pass: the recipe, which Python calls; NaN: no number left; helpers do parts."""
     if crew.helps(world.crew):
         give_a_hand(tick, h, world)
         return 0.0

@@ -782,11 +782,15 @@ def _ask_neighbours(body: int, time: float, h: float, flights: Flights, counts: 
 
 @kernel
 def keep_manifolds(manifolds: Array, counts: Indices) -> None:
-    """Leave only the manifolds that the solver gets; count the pieces that they ask for."""
+    """
+    Leave only the manifolds that the solver gets, and none whose points all are hidden; count the
+    pieces that they ask for.
+    """
     kept, pieces = 0, 1
     for m in range(counts[tick_counts.MANIFOLDS]):
         record = m * manifold_record.SIZE
-        if manifolds[record + manifold_record.STATE] != KEPT:
+        hidden = manifolds[record + manifold_record.POINT_COUNT] == 0.0
+        if manifolds[record + manifold_record.STATE] != KEPT or hidden:
             continue
         if kept != m:
             for entry in range(manifold_record.LANE):  # the lane stays that of the place
