@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.contact.events import event_lists, impact_list
-from rigid_body_sim.physics.contact.islands.manners import WHOLE, bodies_of_colliders
+from rigid_body_sim.physics.contact.islands.manners import WHOLE, bodies_of_colliders, followed
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -36,10 +36,7 @@ FIRST = 1 << 40  # manner of the first island that is cut: finer than any number
 
 def _roots(count: int, links: Indices) -> Indices:
     """Of each body the first of those with which impacts of the last tick join it."""
-    roots = links[:count].copy()
-    while not np.array_equal(roots, roots[roots]):
-        roots = roots[roots]
-    return roots
+    return followed(links[:count].copy())
 
 
 def manners_wanted(count: int, links: Indices) -> Indices:

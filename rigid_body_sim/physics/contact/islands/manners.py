@@ -62,6 +62,13 @@ def _join(count: int, manner: int, pairs: Indices, wanted: Indices, roots: Indic
     return united
 
 
+def followed(roots: Indices) -> Indices:
+    """Follow what may itself have a root: the last one of each."""
+    while not np.array_equal(roots, roots[roots]):
+        roots = roots[roots]
+    return roots
+
+
 class Islands:
     """
     Bodies by islands, with the manner that each wants, as far as is known.
@@ -77,18 +84,11 @@ class Islands:
     @property
     def wanted(self) -> Indices:
         """Manner that each body wants."""
-        return self._wanted[self._roots_of_all()]
+        return self._wanted[followed(self._roots)]
 
     def want(self, wanted: Indices) -> None:
         """Let islands want the manners (n,) of their bodies, where those are finer."""
-        np.maximum.at(self._wanted, self._roots_of_all(), wanted)
-
-    def _roots_of_all(self) -> Indices:
-        """Root of each body."""
-        roots = self._roots
-        while not np.array_equal(roots, roots[roots]):
-            roots = roots[roots]
-        return roots
+        np.maximum.at(self._wanted, followed(self._roots), wanted)
 
     def join(self, manner: int, pairs: Indices) -> None:
         """Join what pairs (m, 2) of bodies join, that were found in a manner."""
