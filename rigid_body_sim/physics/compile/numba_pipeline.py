@@ -82,7 +82,7 @@ import pickle
 import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from functools import cache, partial
+from functools import cache
 from hashlib import sha256
 from itertools import chain
 from pathlib import Path
@@ -111,7 +111,6 @@ from numba.core.compiler import (
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.compiler_machinery import PassManager, register_pass
 from numba.core.funcdesc import PythonFunctionDescriptor
-from numba.core.lowering import Lower
 from numba.core.registry import CPUDispatcher, cpu_target
 from numba.core.runtime.nrt import rtsys
 from numba.core.serialize import dumps
@@ -123,21 +122,16 @@ from numba.core.typing.context import Context
 from numba.core.typing.templates import signature as signature_of
 from numba.core.typing.typeof import Purpose, typeof
 from numba.core.untyped_passes import IRProcessing, ReconstructSSA
-from numba.cpython.builtins import do_minmax
-from numba.np import arrayobj
 
-from rigid_body_sim.physics.compile import pieces
+from rigid_body_sim.physics.compile import numba_calls, pieces
 from rigid_body_sim.physics.compile.elf import UnknownCode
 from rigid_body_sim.physics.compile.image import RETURNS, of_members
 from rigid_body_sim.physics.compile.image_maker import Bitcode, is_long, simplify
 from rigid_body_sim.physics.compile.kernel_files import KernelFiles, names_of
+from rigid_body_sim.physics.compile.numba_lowering import OF_NUMBERS, LowerKernel
 from rigid_body_sim.physics.compile.sources import digest_of
 
-_POWERS = {operator.pow, operator.ipow}  # of which numba knows some by their exponent
-_OPERATORS: dict[Any, Any] = {}
 _ALL_CALLED: WeakSet[_Called] = WeakSet()
-_NAMES = ir.Global, ir.FreeVar, ir.Var
-_OF_NUMBERS = {min: operator.lt, max: operator.gt, int: None}
 
 _RELEASES = f'numba {numba.__version__} LLVM {ll.llvm_version_info}'
 _LONGEST = 100  # of the name of a function in that of a file
@@ -230,7 +224,7 @@ def _linked(function: Callable[..., Any], arguments: Sequence[Any], kinds: tuple
         return_type=None,
         flags=_flags(inlined=False),
         locals={},
-        pipeline_class=_CompilerOfCalled,  # pyright: ignore[reportArgumentType]
+        pipeline_class=_CompilerOfLinked,  # pyright: ignore[reportArgumentType]
     )
     returns = str(made.signature.return_type)
     if returns not in RETURNS:
@@ -319,9 +313,10 @@ class _Called(CPUDispatcher):
         if found is None:
             return None
         piece, beside = found
-        described, signature = pickle.loads(beside)
+        described, signature, raises = pickle.loads(beside)
         context: Any = self.targetctx
         library = _Piece(context.codegen(), described.qualname)
+        library.raises = raises
         library.hold(piece)
         entry = _entry_of(context, described, library)
         return _result(context, described, signature, library, entry)
@@ -335,7 +330,7 @@ class _Called(CPUDispatcher):
         library._ensure_finalized()
         if self._files is not None:
             made.fndesc.typemap = made.fndesc.calltypes = None
-            beside = dumps((made.fndesc, made.signature))
+            beside = dumps((made.fndesc, made.signature, library.raises))
             library.hold(self._files.save(*self._place(args), library.text, beside))
         return made
 
@@ -352,7 +347,11 @@ def _symbol(name: str, kinds: Any, *, abi_tags: Sequence[str], uid: str) -> str:
 def _entry_of(context: Any, described: Any, library: Any) -> object:
     """Let numba know a piece: give that by which it finds it."""
     entry = object()
-    context.insert_user_function(entry, described, [library])
+    if library.raises:
+        context.insert_user_function(entry, described, [library])
+    else:
+        write: Any = numba_calls.caller(described, library)
+        context._defns[entry].append(write, write.signature)
     return entry
 
 
@@ -391,7 +390,7 @@ class _Typing(Context):
 
     def _of_numbers(self, func: Any, args: Any) -> Any:
         """Give the types of what numba would compile a function for."""
-        if getattr(func, 'typing_key', None) not in _OF_NUMBERS or not args:
+        if getattr(func, 'typing_key', None) not in OF_NUMBERS or not args:
             return None
         took = [types.unliteral(a) for a in args]
         if not all(isinstance(a, types.Integer | types.Float) for a in took):
@@ -409,168 +408,6 @@ class _Typing(Context):
         if key not in self._known:
             self._known[key] = super().resolve_setitem(target, index, value)
         return self._known[key]
-
-
-class _Lower(Lower):
-    """
-    Numbers of arrays are read and written where the index says, from the start of the array; what
-    a variable held is forgotten as it is.
-    """
-
-    def _find_singly_assigned_variable(self) -> None:
-        """Find the variables that are assigned once, and used in that block alone after it."""
-        times: dict[str, int] = {}
-        elsewhere: set[str] = set()
-        for block in self.blocks.values():
-            here: set[str] = set()
-            for inst in block.body:
-                if isinstance(inst, ir.Assign):
-                    elsewhere.update(n for n in _names_in(inst.value) if n not in here)
-                    name = inst.target.name
-                    times[name] = times.get(name, 0) + 1
-                    here.add(name)
-                else:
-                    elsewhere.update(v.name for v in inst.list_vars() if v.name not in here)
-        self._singly_assigned_vars = {
-            name for name, count in times.items() if count == 1 and name not in elsewhere
-        }
-        self._blk_local_varmap: dict[str, Any] = {}
-        self._dispatchers: dict[str, Any] = {}  # by variable: written only where one is a value
-
-    def lower_block(self, block: Any) -> None:
-        try:
-            for inst in block.body:
-                self.loc = inst.loc
-                self.lower_inst(inst)
-        except Exception:
-            error = partial(errors.LoweringError, loc=self.loc)
-            context: Any = errors
-            with context.new_error_context('lowering at {loc}', loc=self.loc, errcls_=error):
-                raise
-
-    def storevar(self, value: Any, name: str, argidx: Any = None) -> None:
-        if name in self._singly_assigned_vars:
-            self._blk_local_varmap[name] = value
-        else:
-            self.builder.store(value, self.getvar(name))
-
-    def loadvar(self, name: str) -> Any:
-        if name in self._blk_local_varmap:
-            return self._blk_local_varmap[name]
-        if name in self._dispatchers:
-            return self.lower_assign(self.typeof(name), self._dispatchers[name])
-        return self.builder.load(self.getvar(name))
-
-    def alloca(self, name: str, type: Any) -> Any:
-        return cgutils.alloca_once(self.builder, self.context.get_value_type(type), name=name)
-
-    def lower_call(self, resty: Any, expr: Any) -> Any:
-        called, signature = self.typeof(expr.func.name), self.fndesc.calltypes[expr]
-        if expr.target is not None or not isinstance(called, types.Dispatcher | types.Function):
-            return super().lower_call(resty, expr)
-        if isinstance(signature.return_type, types.Phantom):
-            return self.context.get_dummy_value()
-        given = self.fold_call_args(called, signature, expr.args, expr.vararg, expr.kws)
-        result = self._call(called, signature, given)
-        if result is None:
-            result = self.context.get_dummy_value()
-        return self.context.cast(self.builder, result, signature.return_type, resty)
-
-    @property
-    def _disable_sroa_like_opt(self) -> bool:
-        return False
-
-    def _call(self, called: Any, signature: Any, given: Any) -> Any:
-        key = getattr(called, 'typing_key', None)
-        if key in _OF_NUMBERS and _is_of_numbers(signature):
-            if key is int:
-                kinds = signature.args[0], signature.return_type
-                return self.context.cast(self.builder, given[0], *kinds)
-            return do_minmax(self.context, self.builder, signature.args, given, _OF_NUMBERS[key])
-        implementation = self.context.get_function(called, signature)
-        return implementation(self.builder, given, self.loc)
-
-    def lower_binop(self, resty: Any, expr: Any, op: Any) -> Any:
-        signature = self.fndesc.calltypes[expr]
-        kinds = signature.args
-        if op in _POWERS or not all(isinstance(a, types.Number | types.Boolean) for a in kinds):
-            return super().lower_binop(resty, expr, op)
-        known = _OPERATORS.get((op, kinds))
-        context, builder = self.context, self.builder
-        if known is None:
-            function = context.typing_context.resolve_value_type(op)
-            resolved = function.get_call_type(context.typing_context, kinds, {})
-            known = _OPERATORS[op, kinds] = function, resolved
-        operands = [
-            context.cast(builder, self.loadvar(side.name), self.typeof(side.name), kind)
-            for side, kind in zip((expr.lhs, expr.rhs), kinds, strict=True)
-        ]
-        result = context.get_function(*known)(builder, operands)
-        return context.cast(builder, result, signature.return_type, resty)
-
-    def _is_number(self, array: Any, index: Any) -> bool:
-        kind = self.typeof(array.name)
-        return (
-            index is not None
-            and isinstance(kind, types.Array)
-            and kind.ndim == 1
-            and kind.layout == 'C'
-            and isinstance(self.typeof(index.name), types.Integer)
-        )
-
-    def _pointer(self, array: Any, index: Any, kind: Any) -> Any:
-        context, builder = self.context, self.builder
-        model, held = context.data_model_manager[kind], self.loadvar(array.name)
-        of = self.typeof(index.name)
-        place = context.cast(
-            builder, self.loadvar(index.name), of, types.intp if of.signed else types.uintp
-        )
-        if context.enable_boundscheck:
-            size = builder.extract_value(model.get(builder, held, 'shape'), 0)
-            cgutils.do_boundscheck(context, builder, place, size, 0)
-        return builder.gep(model.get(builder, held, 'data'), [place])
-
-    def lower_expr(self, resty: Any, expr: Any) -> Any:
-        if expr.op == 'static_getitem' and self._is_number(expr.value, expr.index_var):
-            return self.lower_getitem(resty, expr, expr.value, expr.index_var, None)
-        return super().lower_expr(resty, expr)
-
-    def lower_getitem(self, resty: Any, expr: Any, value: Any, index: Any, signature: Any) -> Any:
-        if not self._is_number(value, index):
-            return super().lower_getitem(resty, expr, value, index, signature)
-        kind = self.typeof(value.name)
-        pointer = self._pointer(value, index, kind)
-        item = arrayobj.load_item(self.context, self.builder, kind, pointer)
-        return self.context.cast(self.builder, item, kind.dtype, resty)
-
-    def lower_inst(self, inst: Any) -> Any:
-        if isinstance(inst, ir.Assign):
-            name = inst.target.name
-            kind = self.typeof(name)
-            if isinstance(kind, types.Dispatcher) and isinstance(inst.value, _NAMES):
-                self._dispatchers[name] = inst
-                return None
-            return self.storevar(self.lower_assign(kind, inst), name)
-        if isinstance(inst, ir.Del):
-            return None
-        if isinstance(inst, ir.StaticSetItem) and self._is_number(inst.target, inst.index_var):
-            return self.lower_setitem(inst.target, inst.index_var, inst.value, None)
-        if isinstance(inst, ir.SetItem):
-            signature = self.fndesc.calltypes[inst]
-            return self.lower_setitem(inst.target, inst.index, inst.value, signature)
-        return super().lower_inst(inst)
-
-    def lower_setitem(
-        self, target_var: Any, index_var: Any, value_var: Any, signature: Any
-    ) -> Any:
-        if not self._is_number(target_var, index_var):
-            return super().lower_setitem(target_var, index_var, value_var, signature)
-        kind = self.typeof(target_var.name)
-        pointer = self._pointer(target_var, index_var, kind)
-        number = self.loadvar(value_var.name)
-        number = self.context.cast(self.builder, number, self.typeof(value_var.name), kind.dtype)
-        arrayobj.store_item(self.context, self.builder, kind, number, pointer)
-        return None
 
 
 @register_pass(mutates_CFG=False, analysis_only=False)
@@ -607,7 +444,7 @@ class _WithoutPhis(PreLowerStripPhis):
 
 
 def _shape(func_ir: Any) -> None:
-    """Bring blocks in order; until when a variable lives is of no interest: see `_Lower`."""
+    """Bring blocks in order; until when a variable lives is of no interest to `LowerKernel`."""
     if func_ir.is_generator:
         raise errors.UnsupportedError('a kernel is no generator', func_ir.loc)
     func_ir.blocks = canonicalize_cfg(func_ir.blocks)
@@ -632,7 +469,7 @@ class _Lowering(BaseNativeLowering):
 
     @property
     def lowering_class(self) -> Any:
-        return _Lower
+        return LowerKernel
 
     def run_pass(self, state: Any) -> Any:
         if not isinstance(state.library, _Piece):
@@ -643,12 +480,22 @@ class _Lowering(BaseNativeLowering):
             mangler=_symbol, inline=flags.forceinline, noalias=flags.noalias,
             abi_tags=[flags.get_mangle_string()],
         )  # fmt: skip
-        with context.push_code_library(state.library):
-            lower = _Lower(context, state.library, described, state.func_ir, state.metadata)
-            lower.lower()
+        try:
+            lower = self._lowered(state, numba_calls.of_pieces(context), described)
+        except numba_calls.Raises:
+            state.library.raises = True
+            lower = self._lowered(state, context, described)
         entry = _entry_of(context, described, state.library)
         state['cr'] = _LowerResult(described, lower.call_helper, entry, lower.env)
         return True
+
+    def _lowered(self, state: Any, context: Any, described: Any) -> Any:
+        if state.library.raises and isinstance(context, numba_calls.ContextOfPieces):
+            raise numba_calls.Raises('what Python calls')
+        lower = LowerKernel(context, state.library, described, state.func_ir, state.metadata)
+        with context.push_code_library(state.library):
+            lower.lower()
+        return lower
 
 
 _OWN_PASSES = {
@@ -740,15 +587,24 @@ class _CompilerOfCalled(_Compiler):
         return super().define_pipelines()
 
 
+class _CompilerOfLinked(_CompilerOfCalled):
+    def define_pipelines(self) -> list[PassManager]:
+        passes = super().define_pipelines()
+        self.state.library.raises = True
+        return passes
+
+
 class _Piece(CodeLibrary):
     """
     A function that kernels call: text for LLVM, which nobody reads before a kernel is whole.
 
     is_wide : it loops over lanes and stays a function: inlined, all its arrays would be one, which
               takes more checks for overlap than LLVM makes, and SIMD would be lost
+    raises  : it is called as numba does, for it may raise an error, or Python calls it
     """
 
     is_wide = False
+    raises = False
 
     def __init__(self, codegen: Any, name: str) -> None:
         super().__init__(codegen, name)
@@ -828,18 +684,6 @@ def _want_whole(module: Any) -> None:
     ]
     if missing:
         raise pieces.Unresolved(f'nobody defines {", ".join(sorted(missing))}')
-
-
-def _is_of_numbers(signature: Any) -> bool:
-    """Whether a call is one that `_Typing._of_numbers` has typed: others have taken a tuple."""
-    return signature.pysig is None and all(isinstance(a, types.Number) for a in signature.args)
-
-
-def _names_in(value: Any) -> list[str]:
-    """Name the variables of what is assigned."""
-    if isinstance(value, ir.Var):
-        return [value.name]
-    return [one.name for one in value.list_vars()] if isinstance(value, ir.Inst) else []
 
 
 def _declares(value: Any) -> bool:

@@ -282,14 +282,16 @@ def _stays_apart(
     if true_shapes and not gap_along(a, begin_a, b, begin_b, normal, colliders) > 0.0:
         normal = nearest_axis(a, begin_a, b, begin_b, normal, colliders, found)
     for _step in range(STEPS):
-        gap = gap_along(a, begin_a, b, begin_b, normal, colliders) - wander * begun**3
+        gap = gap_along(a, begin_a, b, begin_b, normal, colliders) - wander * (
+            begun * begun * begun
+        )
         if not gap > (TOUCHING * radius if begun > 0.0 else 0.0):
             return False
         bent = max(bend + dot(pull, normal), 0.0)
         until = _reach_of(begun, horizon, gap, bent)
         move(a, end_a, until, of_a, poses)
         move(b, end_b, until, of_b, poses)
-        last = gap_along(a, end_a, b, end_b, normal, colliders) - wander * until**3
+        last = gap_along(a, end_a, b, end_b, normal, colliders) - wander * (until * until * until)
         reached = _reached(begun, until, gap, last, bent)
         if reached < horizon and turns:
             with_a = bend_seen_from(of_a, of_b, normal, begun, horizon - begun)
@@ -297,7 +299,7 @@ def _stays_apart(
             until = _reach_of(begun, horizon, gap, min(with_a, with_b))
             move(a, end_a, until, of_a, poses)
             move(b, end_b, until, of_b, poses)
-            amiss = wander * until**3
+            amiss = wander * (until * until * until)
             axis = _turned(normal, begin_a, end_a, poses)
             last = gap_along(a, end_a, b, end_b, axis, colliders) - amiss
             reached = max(reached, _reached(begun, until, gap, last, with_a))

@@ -87,7 +87,8 @@ def _left_alone(lane: int, speed: float, of_like: float, rows: Array) -> float:
     if whose == constraint.TWO_BALLS or whose == constraint.BALL_ON_FIXED:
         of_like *= OF_BALLS
     if least > 0.0:
-        of_like *= (least / most) ** 4
+        square = (least / most) * (least / most)
+        of_like *= square * square
     return speed * max(of_like, 1.0) * solve.share_left_alone(lane, rows)
 
 

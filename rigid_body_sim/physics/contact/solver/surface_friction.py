@@ -110,10 +110,12 @@ def _friction_of(lane: int, row: int, rows: Array) -> Any:
 @inline
 def _put_friction(lane: int, row: int, impulse: Any, rows: Array) -> None:
     """Write it."""
-    for axis, tangent in enumerate((constraint.TANGENT_1, constraint.TANGENT_2)):
-        rows[row + contact_point.TANGENT_IMPULSE_1 + axis * constraint.LANES] = dot(
-            impulse, wide_lanes.vector(rows, lane + tangent)
-        )
+    rows[row + contact_point.TANGENT_IMPULSE_1] = dot(
+        impulse, wide_lanes.vector(rows, lane + constraint.TANGENT_1)
+    )
+    rows[row + contact_point.TANGENT_IMPULSE_2] = dot(
+        impulse, wide_lanes.vector(rows, lane + constraint.TANGENT_2)
+    )
 
 
 @inline
@@ -301,8 +303,8 @@ def _spread_surface(head: int, width: int, rows: Array) -> None:
             impulse = scale(share, add_scaled(force, turn, across))
             _put_friction(lane, row, impulse, rows)
             impulse = scale(share, add_scaled(force_whole, turn_whole, across))
-            for axis, tangent in enumerate((constraint.TANGENT_1, constraint.TANGENT_2)):
-                at = row + contact_point.TOTAL_IMPULSE + (1 + axis) * constraint.LANES
+            for axis, tangent in ((1, constraint.TANGENT_1), (2, constraint.TANGENT_2)):
+                at = row + contact_point.TOTAL_IMPULSE + axis * constraint.LANES
                 rows[at] += dot(impulse, wide_lanes.vector(rows, lane + tangent))
         field = friction_patch.FIRST_OTHER if lane == head else friction_patch.NEXT_OTHER
         lane = int(rows[_patch_of(lane, width) + field])

@@ -285,7 +285,7 @@ def keep_four_flat(found: Array, first: int, count: int, to: int, names: float) 
     holds = held != 0 and _span_of(found, first, end, held) >= SPANS * SPANS * most
     chosen = held if holds else chosen
     deep = found[deepest + HEIGHT] + (DEEPER if holds else EVEN) * extent
-    least = (COINCIDENT * extent) ** 2
+    least = (COINCIDENT * extent) * (COINCIDENT * extent)
     if 0 < near <= MOST:
         for place in range(first, end, FLAT_POINT):
             if found[place + HEIGHT] <= SKIN * extent:

@@ -65,7 +65,7 @@ def _with_near(found: Array, first: int, end: int, kept: int, near: float) -> in
     Let each near point that is not among those kept take a place that is free, or that of the
     nearest of them that is not near. Return how many are kept; near: SKIN of the extent.
     """
-    least = (SAME / SKIN * near) ** 2
+    least = (SAME / SKIN * near) * (SAME / SKIN * near)
     for _ in range(MOST):
         lowest, height = NO_POINT, near
         for place in range(first, end, POINT):
