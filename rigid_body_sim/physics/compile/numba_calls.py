@@ -5,7 +5,9 @@ How what a kernel calls is called: as numba calls it, but that
 
     an array of one axis, without gaps, is handed on as its place and its length, in place of
     numba's seven words, of which a kernel uses these two
-    a result is returned as it is, in place of being written where the caller says
+    a number is returned, in place of being written where the caller says; a tuple is written there
+    as ever: LLVM sees no members in one that came from this return or from that, and makes no
+    vectors of the loop that calls
     nobody tells whether it went well, and nobody asks
 
 What may raise an error has to tell: the lowering of such a function ends with `Raises`, and it is
@@ -19,7 +21,7 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from llvmlite import ir
-from numba.core import errors, types
+from numba.core import cgutils, errors, types
 from numba.core.callconv import CPUCallConv
 from numba.core.cpu import CPUContext
 from numba.np.numpy_support import as_dtype
@@ -64,16 +66,22 @@ class Convention(CPUCallConv):
     def get_function_type(self, restype: Any, argtypes: Any) -> Any:
         """Give the type of a function for LLVM."""
         words = [word for kind in argtypes for word in self._words(kind)]
-        return ir.FunctionType(self._returned(restype), words)
+        returned = self._returned(restype)
+        if _has_members(returned):
+            return ir.FunctionType(ir.VoidType(), [returned.as_pointer(), *words])
+        return ir.FunctionType(returned, words)
 
     def decorate_function(
         self, fn: Any, args: Any, fe_argtypes: Any, noalias: bool = False
     ) -> None:
-        """Leave a function as it is."""
+        """Say that nothing else points to where a tuple goes."""
+        if _writes(fn):
+            fn.args[0].add_attribute('captures(none)')
+            fn.args[0].add_attribute('noalias')
 
     def decode_arguments(self, builder: Any, argtypes: Any, func: Any) -> list[Any]:
         """Give the arguments of a function as its body uses them."""
-        words = iter(func.args)
+        words = iter(func.args[_writes(func) :])
         return [self._taken(builder, kind, words) for kind in argtypes]
 
     def call_function(
@@ -91,14 +99,23 @@ class Convention(CPUCallConv):
             for kind, value in zip(argtys, args, strict=True)
             for word in self._given(builder, kind, value)
         ]
-        value = builder.call(callee, words)
+        returned = self._returned(resty)
+        if _has_members(returned):
+            place = cgutils.alloca_once(builder, returned)
+            builder.call(callee, [place, *words])
+            value = builder.load(place)
+        else:
+            value = builder.call(callee, words)
         if resty == types.none:
             return self.context.get_dummy_value()
         return self.context.get_returned_value(builder, resty, value)
 
     def return_value(self, builder: Any, retval: Any) -> None:
         """End a function."""
-        if isinstance(builder.function.function_type.return_type, ir.VoidType):
+        if _writes(builder.function):
+            builder.store(retval, builder.function.args[0])
+            builder.ret_void()
+        elif isinstance(builder.function.function_type.return_type, ir.VoidType):
             builder.ret_void()
         else:
             builder.ret(retval)
@@ -160,6 +177,16 @@ class Convention(CPUCallConv):
         array = builder.insert_value(array, data, _DATA)
         array = builder.insert_value(array, length, _NITEMS)
         return builder.insert_value(array, length, [_SHAPE, 0])
+
+
+def _has_members(kind: Any) -> bool:
+    return isinstance(kind, ir.Aggregate)
+
+
+def _writes(function: Any) -> bool:
+    """Whether the first word that a function takes is where its result goes."""
+    first = function.function_type.args[:1]
+    return any(_has_members(getattr(one, 'pointee', None)) for one in first)
 
 
 def part(builder: Any, array: Any, begin: Any, end: Any) -> Any:

@@ -34,6 +34,7 @@ _OPERATORS: dict[Any, Any] = {}
 _NAMES = ir.Global, ir.FreeVar, ir.Var
 _INDEX = llvm.IntType(64)
 _END = 2**63 - 1  # of a part that ends with its array
+_NOTHING = llvm.FunctionType(llvm.VoidType(), [])
 _ITER, _STOP, _STEP, _COUNT = range(4)  # of an iterator over a range, as numba keeps it
 
 
@@ -187,18 +188,30 @@ class LowerKernel(Lower):
 
     def _begin_range(self, state: Any, *, by_one: bool) -> Any:
         """Give what counts a range down: how often to go on, and the number that is next."""
-        builder, one = self.builder, llvm.Constant(_INDEX, 1)
+        builder = self.builder
         start, stop, step = (builder.extract_value(state, i) for i in range(3))
         left = builder.sub(stop, start)
         if not by_one:
-            is_upward = builder.icmp_signed('>', step, llvm.Constant(_INDEX, 0))
-            left = builder.select(is_upward, left, builder.neg(left))
-            size = builder.select(is_upward, step, builder.neg(step))
-            left = builder.sdiv(builder.add(left, builder.sub(size, one)), size)
+            left = self._steps_in(left, step)
         place, count = (cgutils.alloca_once(builder, _INDEX) for _ in range(2))
         builder.store(start, place)
         builder.store(left, count)
         return self._struct(types.range_iter64_type, [place, stop, step, count])
+
+    def _steps_in(self, width: Any, step: Any) -> Any:
+        """Give how many steps a range takes, in the words by which LLVM finds four in 4 s by s."""
+        builder, zero = self.builder, llvm.Constant(_INDEX, 0)
+        with builder.if_then(builder.icmp_unsigned('==', step, zero), likely=False):
+            # no kernel steps by nothing: Python would raise an error
+            builder.call(builder.module.declare_intrinsic('llvm.trap', fnty=_NOTHING), [])
+            builder.unreachable()
+        is_wide = builder.icmp_signed('>', width, zero)
+        rest = builder.srem(width, step)
+        rest = builder.select(is_wide, rest, builder.neg(rest))
+        more = builder.zext(builder.icmp_signed('>', rest, zero), _INDEX)
+        count = builder.add(builder.sdiv(width, step), more)
+        is_away = builder.xor(is_wide, builder.icmp_signed('>', step, zero))
+        return builder.select(is_away, zero, count)
 
     def _go_on(self, iterator: Any) -> Any:
         """Give the next number of a range, and whether there is one."""
@@ -206,8 +219,9 @@ class LowerKernel(Lower):
         place, step, count = (builder.extract_value(iterator, i) for i in (_ITER, _STEP, _COUNT))
         left, number = builder.load(count), builder.load(place)
         is_one = builder.icmp_signed('>', left, llvm.Constant(_INDEX, 0))
-        builder.store(builder.sub(left, llvm.Constant(_INDEX, 1), flags=['nsw']), count)
-        builder.store(builder.add(number, step), place)
+        with builder.if_then(is_one):
+            builder.store(builder.sub(left, llvm.Constant(_INDEX, 1), flags=['nsw']), count)
+            builder.store(builder.add(number, step), place)
         return self._struct(types.Pair(types.int64, types.boolean), [number, is_one])
 
     def _member(self, row: Any, count: int, place: Any) -> Any:
