@@ -13,7 +13,7 @@ from rigid_body_sim.physics.model.scene import MassFlow
 from rigid_body_sim.physics.simulation import Simulation
 
 from .. import inside
-from .touching import G, H, ball, box, ground, scene
+from .touching import DT, G, H, ball, box, ground, scene
 
 LEAK = MassFlow(-0.2)  # [kg/s] of 1 kg; what leaves goes with the speed of the body
 
@@ -35,6 +35,22 @@ def test_the_ground_carries_what_is_left_of_a_leaking_box_and_of_what_it_carries
     force = np.abs(contacts.impulse[~of_ground].sum(axis=0)[2]) / sim.dt
     assert force == pytest.approx(G, rel=1e-3)
     assert np.abs(sim.state.velocity).max() < 1e-3
+
+
+def test_nothing_sleeps_before_its_mass_is_its_last():
+    """Of a plank over an edge the load leaks: it must tip, and who stops leaking may sleep."""
+    block = box('block', (2.0, 1.0, 0.5), (-1.0, 0.0, 0.25), fixed=True)
+    plank = box('plank', (2.0, 0.2, 0.1), (0.3, 0.0, 0.55), mass=4.0)
+    load = box('load', 0.1, (-0.6, 0.0, 0.65), mass=3.0)
+    for last in (0.1, 2.5):  # [kg]: 4 kg * 0.3 m is held by 2 kg * 0.6 m
+        bodies = [ground(), block, plank, leaking(load, MassFlow(-0.4, final_mass=last))]
+        sim = Simulation(scene(bodies, sleeping=True))
+        sim.step(round(2.4 / DT))
+        assert np.abs(sim.state.velocity).max() < 1e-3
+        sim.step(round(1.6 / DT))
+        tips = sim.state.position[2, 2] < 0.5
+        assert tips == (last < 2.0)
+        assert tips or not sim.state.velocity.any()  # asleep
 
 
 @pytest.mark.parametrize('ticks', [1, 600])

@@ -346,8 +346,8 @@ def _advance(ticks, tick, h, world):
         counts[tick_counts.DONE] = passed + 1
         status = finite(motion)
         if SLEEPING and put_to_sleep(
-            h, now.end, touching, motion, forces, colliders, constraints, bodies,
-            state, driven, settings, counts,
+            now, touching, motion, forces, colliders, constraints, bodies, state, flows,
+            driven, settings, counts,
         ):  # fmt: skip
             counts[tick_counts.STATUS] = tick_counts.FELL_ASLEEP
             return status
@@ -1217,26 +1217,28 @@ def _give_a_hand(tick, h, world):
 
 
 def _put_to_sleep(
-    h, end, touching, motion, forces, colliders, constraints, bodies, state, driven, settings,
+    now, touching, motion, forces, colliders, constraints, bodies, state, flows, driven, settings,
     counts,
 ):  # fmt: skip
     """
-    Let islands fall asleep that are at rest, at the end of a tick [s]; tell whether some body did.
+    Let islands fall asleep that are at rest, at the end of a tick; tell whether some body did.
     """
+    if FLOWS:
+        sleep.keep_awake(now.start, flows, state.sleep_states)
     if DRIVES:
         prescribed_bodies.keep_awake(
             counts[tick_counts.MANIFOLDS], motion.body_count, driven.drives,
             constraints.manifolds, constraints.rows, state.sleep_states,
         )  # fmt: skip
     fell = sleep.update_sleep(
-        h, settings[tick_settings.SLEEP_SPEED], settings[tick_settings.SLEEP_TIME],
+        now.h, settings[tick_settings.SLEEP_SPEED], settings[tick_settings.SLEEP_TIME],
         counts[tick_counts.PIECE] == 0, counts[tick_counts.MANIFOLDS], touching, motion,
         colliders, constraints, state, bodies,
     )  # fmt: skip
     if fell == 0:
         return False
     if VELOCITY_DEPENDENT:
-        evaluate_forces(end, motion, forces)
+        evaluate_forces(now.end, motion, forces)
     sleep.note_wrenches(motion, state.sleep_states)
     return True
 

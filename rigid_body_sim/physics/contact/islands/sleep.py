@@ -8,6 +8,7 @@ bodies has, for `sleep_time` without a break,
 
     touched something        |v| < sleep_speed,  |omega| r < sleep_speed
     felt the same wrench     |F - F'| <= STEADY |F|,  |T - T'| <= STEADY (|T| + |F| r)
+    kept its mass
 
     r      : [m] radius of the ball about the centre of mass that holds its shape
     F, T   : all but contacts; F', T' when the time began to count
@@ -47,6 +48,7 @@ from rigid_body_sim.physics.contact.collision.collider_record import STATIC
 from rigid_body_sim.physics.contact.islands import sleep_record
 from rigid_body_sim.physics.contact.islands.islands import find_islands, may_touch
 from rigid_body_sim.physics.contact.islands.sleep_record import AWAKE
+from rigid_body_sim.physics.contact.solver import variable_mass
 from rigid_body_sim.physics.state import blocks
 from rigid_body_sim.physics.vectors import (
     apply_symmetric,
@@ -365,6 +367,15 @@ def _some_are_tired(sleep_time: float, body_count: int, sleep: Array) -> bool:
         if _is_tired(sleep[body * sleep_record.SIZE + sleep_record.TIMER], sleep_time):
             return True
     return False
+
+
+@kernel
+def keep_awake(start: float, flows: Array, sleep: Array) -> None:
+    """Let nothing whose mass changes after a time [s] grow tired: each tick has another weight."""
+    for row in range(0, len(flows), variable_mass.SIZE):
+        if start < flows[row + variable_mass.END]:
+            body = int(flows[row + variable_mass.BODY])
+            sleep[body * sleep_record.SIZE + sleep_record.TIMER] = 0.0
 
 
 @kernel
