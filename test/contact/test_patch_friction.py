@@ -216,6 +216,27 @@ def tiled_floor(joint):
 JOINTS = pytest.mark.parametrize('joint', [(0.0, 0.0), (0.05, 0.0), (0.07, -0.05)])
 
 
+@pytest.mark.parametrize(
+    ('radius', 'offset'), [(0.06, 0), (R, 0), (0.1001, 0), (0.21, 0), (0.21, 0.4), (1.0, 0.9)]
+)
+def test_a_disc_is_braked_by_its_law_on_the_round_end_of_a_cylinder(radius, offset):
+    """
+    The smaller one is the face, however they are turned; as prisms they missed 1.3e-2.
+    """
+    below = Body(
+        'below', Cylinder(radius, 0.1), 0.0, initial=motion((0, 0, -0.05)), fixed=True,
+        material=Material(**ROUGH),
+    )  # fmt: skip
+    away = offset * abs(radius - R)
+    face = min(R, radius)
+    sim = Simulation(scene([below, disc(R, (away, 0, THIN / 2), turn=(0, 0, 20))], dt=DT))
+    sim.step(25)
+    spun = 20.0 - sim.state.angular_velocity[1, 2]
+    braked = MU * G * 2 / 3 * face / (R**2 / 2) * 25 * DT
+    # one tick of 25, in which other corners are chosen, brakes 1.4e-2 less
+    assert spun == pytest.approx(braked, rel=1e-3)
+
+
 @JOINTS
 def test_what_is_put_down_on_tiles_is_braked_by_the_law_from_its_first_tick(joint):
     drills = Simulation(lean([*tiled_floor(joint), plate(0.2, 0.2, turn=(0, 0, 20))], dt=DT))

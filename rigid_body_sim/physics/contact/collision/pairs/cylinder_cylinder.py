@@ -2,15 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """
 Two cylinders: where their mantles touch exactly (`geometry.cylinders.mantle`), else as prisms
-(`geometry.cylinders.turned_prism`).
+(`geometry.cylinders.turned_prism`). The face of an end on an end is round all the same: the
+smaller disc, where it lies on the other, else that of the prisms, widened to their discs.
 """
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.compile.kernels import kernel
+from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact.collision import pose
 from rigid_body_sim.physics.contact.collision.geometry.cylinders.mantle import (
     UNDECIDED,
@@ -20,11 +23,48 @@ from rigid_body_sim.physics.contact.collision.geometry.cylinders.mantle import (
 from rigid_body_sim.physics.contact.collision.geometry.cylinders.turned_prism import (
     collide_prisms,
 )
+from rigid_body_sim.physics.contact.collision.geometry.manifold import (
+    FACE_AREA,
+    FACE_MIDDLE,
+    FACE_RADIUS,
+    FACE_SQUARE,
+    NORMAL,
+)
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records import PRISM
+from rigid_body_sim.physics.contact.collision.geometry.touching_face import write_disc
 from rigid_body_sim.physics.contact.collision.pairs import capsule_capsule
 from rigid_body_sim.physics.contact.collision.shape_parameters import HALF_LENGTH, RADIUS
+from rigid_body_sim.physics.vectors import add, add_scaled, dot, load, subtract
 
 Array = NDArray[np.float64]
+
+ON_ENDS = 0.999  # [-] cosine of the angle between normal and axis: an end touches
+WITHIN = 1e-3  # [-] of the smaller radius, by which it may hang over
+WIDER = 1.0130015562559769  # [-] of a prism of 16 sides with the area of the disc about it
+
+
+@inline
+def _round_off(
+    radius_a: float, radius_b: float, poses: Array, pose_a: int, pose_b: int, found: Array
+) -> None:
+    """Measure the face of an end on an end as that of discs, not of prisms."""
+    normal = load(found, NORMAL)
+    along_a = abs(dot(normal, pose.axis(poses, pose_a, 2)))
+    if not min(along_a, abs(dot(normal, pose.axis(poses, pose_b, 2)))) > ON_ENDS:
+        return
+    center = load(poses, pose_a if radius_a < radius_b else pose_b)
+    apart = subtract(load(poses, pose_b), load(poses, pose_a))
+    apart = add_scaled(apart, -dot(apart, normal), normal)
+    least = min(radius_a, radius_b)
+    if math.sqrt(dot(apart, apart)) <= abs(radius_a - radius_b) + WITHIN * least:
+        middle = load(found, FACE_MIDDLE)
+        way = subtract(center, middle)
+        way = add_scaled(way, -dot(way, normal), normal)
+        write_disc(found, least, add(middle, way))
+        return
+    found[FACE_AREA] *= WIDER * WIDER
+    found[FACE_RADIUS] *= WIDER
+    found[FACE_SQUARE] *= WIDER * WIDER
 
 
 @kernel
@@ -47,7 +87,10 @@ def collide(
         count = onto_mantle(found, count, pose.axis(poses, pose_b, 2), radius_b, False, beyond)
     if count != UNDECIDED:
         return count
-    return collide_prisms(
+    count = collide_prisms(
         parameters, shape_a + PRISM, parameters, shape_b + PRISM, True, True, poses, pose_a,
         pose_b, margin, found,
     )  # fmt: skip
+    if count > 0 and found[FACE_AREA] > 0.0:
+        _round_off(radius_a, radius_b, poses, pose_a, pose_b, found)
+    return count
