@@ -37,7 +37,7 @@ from rigid_body_sim.analysis.derivatives_with_bands import (
     errors,
     follow,
 )
-from rigid_body_sim.analysis.piecewise_spline import BEFORE, Break, End, Undetermined
+from rigid_body_sim.analysis.piecewise_spline import BEFORE, NEAR, Break, End, Undetermined
 from rigid_body_sim.analysis.run_steps import RunSteps, left_in_first, left_in_second
 from rigid_body_sim.analysis.samples import need_bandwidth, need_motion, vector_of
 from rigid_body_sim.errors import UserError
@@ -289,15 +289,23 @@ def _mass_share(body: Body, time: Array, unit: float) -> Array:
 
 
 def _inertia(body: Body, time: Array, unit: float) -> tuple[Array, Array]:
-    """Inertia at each sample and its rate from there on, both (k, 3, 3), body axes."""
+    """
+    Inertia at each sample and its rate there, both (k, 3, 3), body axes.
+
+    At a row the rate is that of the side from which the spline has its derivatives: what follows,
+    at the last sample what was before. A row is at a sample where a break would be (`NEAR`).
+    """
     law = body.inertia_over_time
     if body.inertia is None or law is None:
         inertia = np.zeros((3, 3)) if body.inertia is None else body.inertia
         same = np.broadcast_to(inertia, (len(time), 3, 3))
         return same, np.zeros_like(same)
     seconds = (time * unit).tolist()
+    near = NEAR * np.diff(time)
+    toward = (np.append(time[:-1] + 2.0 * near, time[-1] - 2.0 * near[-1]) * unit).tolist()
     now = np.array([np.diag(moments_at(law, t)) for t in seconds])
-    return now, np.array([np.diag(rates_at(law, t)) for t in seconds])
+    rates = [rates_at(law, t, toward=beside) for t, beside in zip(seconds, toward)]
+    return now, np.array([np.diag(rate) for rate in rates])
 
 
 def _errors(

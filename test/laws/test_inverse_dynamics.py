@@ -13,7 +13,7 @@ from rigid_body_sim.analysis.piecewise_spline import Break
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.exact import free_asymmetric_top, oscillator, rocket
 from rigid_body_sim.physics.model import rotation as so3
-from rigid_body_sim.physics.model.scene import Body, MassFlow
+from rigid_body_sim.physics.model.scene import Body, InertiaOverTime, MassFlow
 
 INERTIA = np.diag([1.0, 2.0, 3.0])
 FORETOLD = 3.0  # [-] how far an estimate may be from the error itself, either way
@@ -117,6 +117,50 @@ def test_the_thrust_of_a_rocket_is_recovered():
     assert derived.force == pytest.approx(
         np.tile([0.0, 0.0, 450.0], (len(t), 1)), abs=1e-5
     )  # truncation at the ends
+
+
+def turned(time, rows):
+    """Angle of a body with L = 1 along z whose moment follows the rows: int dt / I."""
+    at, moments = np.asarray(rows)[:, 0], np.asarray(rows)[:, 3]
+    slopes = np.append(np.diff(moments) / np.diff(at), 0.0)
+    stretches = np.diff(at) * np.log(moments[1:] / moments[:-1]) / np.diff(moments)
+    i = np.clip(np.searchsorted(at, time, side='right') - 1, 0, len(at) - 2)
+    within = moments[i] + slopes[i] * (time - at[i])
+    return np.append(0.0, np.cumsum(stretches))[i] + np.log(within / moments[i]) / slopes[i]
+
+
+@pytest.mark.parametrize('seed', range(12))
+def test_a_free_body_has_no_torque_at_rows_of_its_inertia_wherever_samples_lie(seed):
+    """
+    The record begins and ends at rows, and has some inside: of the two rates of omega and of I
+    that meet there, one side's. Rows at thirds of seconds are no whole nanoseconds.
+    """
+    random = np.random.default_rng(seed)
+    count, per_second = int(random.integers(5, 8)), int(random.choice([90, 100, 120]))
+    thirds = np.cumsum(random.integers(1, 4, count)) + 3 * int(random.integers(0, 50))
+    # next to each other they differ, so that the slopes jump
+    moments = 2.0 + np.where(np.arange(count) % 2, 1.0, -1.0) * random.uniform(0.2, 0.5, count)
+    rows = [(float(t / 3), m, m, m) for t, m in zip(thirds, moments, strict=True)]
+    stamps = np.arange(thirds[1] * 120, thirds[-2] * 120 + 1, 360 // per_second)
+    seconds = stamps / 360.0
+    nanoseconds = np.round(seconds * 1e9)
+    angle = turned(nanoseconds * 1e-9, rows)
+    q = so3.from_rotation_vector(angle[:, None] * np.array([0.0, 0.0, 1.0]))
+    law = InertiaOverTime(tuple(rows), 'linear')
+    body = Body('mast', None, 1.0, inertia=np.eye(3) * moments[0], inertia_over_time=law)
+    derived, errors = derive(
+        nanoseconds,
+        np.zeros((len(q), 3)),
+        q,
+        body=body,
+        turning_breaks=[Break(float(np.round(row[0] * 1e9))) for row in rows],
+        unit=1e-9,
+    )
+    # truncation at the ends; the wrong side's rate makes |I'| / I, more than 0.1
+    assert np.max(np.abs(derived.torque)) < 2e-3
+    worst = np.abs(derived.torque[:, 2]) / derived.deviation['torque'][:, 2]
+    assert np.max(worst[[0, -1]]) < 20.0  # rounding is not white; the other side: 10^4 and more
+    assert rms(derived.torque) < 20.0 * errors['torque'].rms
 
 
 def test_neighbouring_quaternions_are_on_one_side():

@@ -119,24 +119,37 @@ def moments_at(law: InertiaOverTime, time: float) -> Array:
     return start + share * (stop - start)
 
 
-def rates_at(law: InertiaOverTime, time: float) -> Array:
-    """Rates of the moments (3,) [kg m^2/s] from a time [s] on."""
-    begin, end, share = _place(law, time)
+def rates_at(law: InertiaOverTime, time: float, *, toward: float | None = None) -> Array:
+    """
+    Rates of the moments (3,) [kg m^2/s] from a time [s] on.
+
+        toward : [s] of two rates that meet at a row, the one on the side of this instant
+    """
+    begin, end = _rows_about(law, time if toward is None else toward)
     if end[0] == begin[0]:
         return np.zeros(3)
-    slope = (np.array(end[1:]) - np.array(begin[1:])) / (end[0] - begin[0])
+    lasts = end[0] - begin[0]
+    slope = (np.array(end[1:]) - np.array(begin[1:])) / lasts
+    share = (time - begin[0]) / lasts
     return slope * (6.0 * share * (1.0 - share) if law.interpolation == 'smooth' else 1.0)
+
+
+def _rows_about(law: InertiaOverTime, time: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Give the rows about a time, from a row on the next two; the same twice outside."""
+    after = bisect_right(law.table, time, key=lambda row: row[0])
+    if after in (0, len(law.table)):
+        row = law.table[min(after, len(law.table) - 1)]
+        return row, row
+    return law.table[after - 1], law.table[after]
 
 
 def _place(
     law: InertiaOverTime, time: float
 ) -> tuple[tuple[float, ...], tuple[float, ...], float]:
     """Give the rows about a time and its share of the way between them."""
-    after = bisect_right(law.table, time, key=lambda row: row[0])
-    if after in (0, len(law.table)):
-        row = law.table[min(after, len(law.table) - 1)]
-        return row, row, 0.0
-    begin, end = law.table[after - 1], law.table[after]
+    begin, end = _rows_about(law, time)
+    if end[0] == begin[0]:
+        return begin, end, 0.0
     return begin, end, (time - begin[0]) / (end[0] - begin[0])
 
 
