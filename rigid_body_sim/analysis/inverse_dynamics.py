@@ -33,9 +33,12 @@ from numpy.typing import ArrayLike, NDArray
 from rigid_body_sim.analysis.derivatives_with_bands import (
     Errors,
     Fit,
+    Followed,
     blind_spots,
     errors,
     follow,
+    steep,
+    unsure,
 )
 from rigid_body_sim.analysis.piecewise_spline import BEFORE, NEAR, Break, End, Undetermined
 from rigid_body_sim.analysis.run_steps import RunSteps, left_in_first, left_in_second
@@ -95,6 +98,9 @@ class Smoothing:
     bandwidth : [Hz] faster motion is not followed
     smoothed  : False: the spline goes through the samples
     breaks    : how many jumps it has
+    found     : [s] instants of those among them that were not given, found in the samples
+    steep     : [s] from and to: stretches in which the samples change faster than they tell, by
+                jumps that are not known or last; the deviations are wide there
     dropped   : [s] instants of jumps too near to others to be told apart at this rate of samples
     """
 
@@ -102,6 +108,8 @@ class Smoothing:
     bandwidth: float
     smoothed: bool
     breaks: int
+    found: tuple[float, ...]
+    steep: tuple[tuple[float, float], ...]
     dropped: tuple[float, ...]
 
 
@@ -131,6 +139,7 @@ def derive(
     bandwidth: float | None = None,
     ends: KnownEnds | None = None,
     steps: RunSteps | None = None,
+    tick: float = 0.0,
     unit: float = 1.0,
 ) -> tuple[Derived, dict[str, Estimate]]:
     """
@@ -146,6 +155,8 @@ def derive(
         bandwidth   : [Hz] faster motion is taken for noise; None: found from the samples
         ends        : what is known of the motion at the first and the last sample
         steps       : of the run that made the motion: what they left in it counts as error
+        tick        : [unit] in whose steps forces act that jump when they are not known to; zero:
+                      at any instant
         unit        : [s] of the times: whole nanoseconds are exact where seconds are rounded
         returns     : the quantities, and the estimates by name; without any where the samples are
                       too few for one
@@ -166,7 +177,7 @@ def derive(
         for p, q in ((path.fit.own, turn.fit.own), (path.fit.judge, turn.fit.judge))
     )
     judged = bool(np.any(path.fit.judged) and np.any(turn.fit.judged))
-    told = _errors(time, found, judge, path, turn, unit, body, steps) if judged else {}
+    told = _errors(time, found, judge, path, turn, unit, body, steps, tick) if judged else {}
     derived = Derived(
         found['velocity'],
         found['angular_velocity'],
@@ -202,11 +213,15 @@ def continuous(quaternions: Array) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class _Followed:
-    """A position or an orientation with its derivatives; noise: (d,) of the samples' columns."""
+    """A position or an orientation with its derivatives."""
 
-    fit: Fit
-    noise: Array
+    samples: Followed
     smoothing: Smoothing
+
+    @property
+    def fit(self) -> Fit:
+        """The spline."""
+        return self.samples.fit
 
 
 def _follow(
@@ -219,7 +234,7 @@ def _follow(
 ) -> _Followed:
     turns = samples.shape[1] == QUATERNION
     try:
-        fit, layout, noise, given_up = follow(
+        found = follow(
             time,
             samples,
             [b if isinstance(b, Break) else Break(float(b)) for b in breaks],
@@ -229,17 +244,19 @@ def _follow(
         )
     except Undetermined as error:
         raise UserError(f'{error}; are they of one motion, at times that differ?') from error
-    axis_noise = float(np.sqrt(np.mean(np.square(noise))))
+    axis_noise = float(np.sqrt(np.mean(np.square(found.noise))))
     if turns:  # a turn by a changes three of the four by a / 2
         axis_noise *= 2.0 * np.sqrt(4.0 / 3.0)
     smoothing = Smoothing(
         axis_noise,
-        0.5 * fit.free / (float(time[-1] - time[0]) * unit),
-        fit.smooths,
-        len(layout.breaks),
-        tuple(unit * instant for instant in given_up),
+        0.5 * found.fit.free / (float(time[-1] - time[0]) * unit),
+        found.fit.smooths,
+        len(found.layout.breaks),
+        tuple(unit * b.instant for kink in found.kinks for b in kink.breaks),
+        tuple((unit * begin, unit * end) for begin, end in steep(found, time)),
+        tuple(unit * instant for instant in found.given_up),
     )
-    return _Followed(fit, noise, smoothing)
+    return _Followed(found, smoothing)
 
 
 def _quantities(
@@ -317,19 +334,23 @@ def _errors(
     unit: float,
     body: Body | None,
     steps: RunSteps | None,
+    tick: float,
 ) -> dict[str, Errors]:
     """What noise does to each quantity, and in its distance to the judge."""
     by_steps = _left_by_steps(time * unit, found, path, turn, unit, body, steps)
+    strays = {id(each): unsure(each.samples, time, tick) for each in (path, turn)}
 
     def told(
         name: str,
         followed: _Followed,
         order: int,
-        factor: Array,
+        square: Array | float,
         second: Array,
         gyroscopic: Array | float = 0.0,
     ) -> Errors:
-        fit = followed.fit
+        """Square: (n, 3) of the quantity for a derivative of one."""
+        fit, noise = followed.fit, along if followed is path else about
+        factor, gyroscopic = noise * square, noise * gyroscopic
         blind = blind_spots(fit, time, second)
         if order != 2:
             blind *= 0.5 * unit * fit.span[:, None]
@@ -338,31 +359,35 @@ def _errors(
             + spread[1][:, None] * gyroscopic / unit**2
             for spread in (fit.response, fit.disagreement)
         )
+        low = 2 if order == 2 else 1
+        blind = blind + strays[id(followed)][low][:, None] * np.sqrt(square) * (
+            (1.0 if followed is path else 2.0) / unit**low  # |w| = 2 |q'|
+        )
         blind = blind + by_steps.get(name, 0.0)
         return errors(fit, found[name], judge[name], by_noise, in_distance, blind)
 
     one = np.ones((len(time), 3))
-    along, about = np.square(path.noise) * one, np.square(turn.smoothing.noise) * one
+    along, about = np.square(path.samples.noise) * one, np.square(turn.smoothing.noise) * one
     linear, angular = found['acceleration'], found['angular_acceleration']
     result = {
-        'velocity': told('velocity', path, BEFORE, along, linear),
-        'angular_velocity': told('angular_velocity', turn, BEFORE, about, angular),
-        'acceleration': told('acceleration', path, 2, along, linear),
-        'angular_acceleration': told('angular_acceleration', turn, 2, about, angular),
+        'velocity': told('velocity', path, BEFORE, 1.0, linear),
+        'angular_velocity': told('angular_velocity', turn, BEFORE, 1.0, angular),
+        'acceleration': told('acceleration', path, 2, 1.0, linear),
+        'angular_acceleration': told('angular_acceleration', turn, 2, 1.0, angular),
     }
     if body is None:
         return result
     share = np.square(_mass_share(body, time, unit))
-    result['force'] = told('force', path, 2, along * share * body.mass**2, body.mass * linear)
+    result['force'] = told('force', path, 2, share * body.mass**2, body.mass * linear)
     in_world = _inertia_in_world(turn, body, time, unit)
     by_rate = _gyroscopic(in_world, found['angular_velocity'])
     result['torque'] = told(
         'torque',
         turn,
         2,
-        about * share * np.sum(np.square(in_world), axis=2),
+        share * np.sum(np.square(in_world), axis=2),
         np.einsum('kij,kj->ki', in_world, angular),
-        about * share * np.sum(np.square(by_rate), axis=2),
+        share * np.sum(np.square(by_rate), axis=2),
     )
     return result
 

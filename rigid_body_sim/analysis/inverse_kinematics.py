@@ -34,11 +34,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from rigid_body_sim.analysis.derivatives_with_bands import (
     Errors,
-    Fit,
+    Followed,
     blind_spots,
     errors,
     follow,
     noise_of,
+    unsure,
 )
 from rigid_body_sim.analysis.piecewise_spline import BEFORE, DEGREE, Break, End, Undetermined, cut
 from rigid_body_sim.analysis.samples import need_bandwidth, need_motion, vector_of
@@ -64,6 +65,7 @@ class Kinematics:
     acceleration_error : [m/s^2]  likewise
     noise              : [m]      found in the samples, along each axis
     bandwidth          : [Hz]     faster motion is not followed
+    jumps              : [s]      instants of jumps that were not given, found in the samples
     """
 
     position: Array
@@ -75,6 +77,7 @@ class Kinematics:
     acceleration_error: float
     noise: float
     bandwidth: float
+    jumps: tuple[float, ...]
 
 
 def inverse_kinematics(
@@ -120,7 +123,7 @@ def inverse_kinematics(
     if ends == 'periodic':
         _must_repeat(samples, noise_of(cut(stamps), samples))
     try:
-        found, _, noise, _ = follow(
+        followed = follow(
             stamps,
             samples,
             [b if isinstance(b, Break) else Break(float(b)) for b in breaks],
@@ -130,7 +133,8 @@ def inverse_kinematics(
     except Undetermined as error:
         raise UserError(f'{error} with these conditions; leave some of them out') from error
     lasts = float(stamps[-1] - stamps[0])
-    velocity, acceleration = (_told(found, stamps, noise, order) for order in (BEFORE, 2))
+    found, noise = followed.fit, followed.noise
+    velocity, acceleration = (_told(followed, stamps, order) for order in (BEFORE, 2))
     return Kinematics(
         found.own[0],
         found.own[BEFORE],
@@ -141,6 +145,7 @@ def inverse_kinematics(
         acceleration.rms,
         float(np.sqrt(np.mean(np.square(noise)))),
         0.5 * found.free / lasts,
+        tuple(b.instant for kink in followed.kinks for b in kink.breaks),
     )
 
 
@@ -183,12 +188,13 @@ def _must_repeat(samples: Array, noise: Array) -> None:
         )
 
 
-def _told(found: Fit, time: Array, noise: Array, order: int) -> Errors:
+def _told(followed: Followed, time: Array, order: int) -> Errors:
     """Errors of the first or the second derivative."""
-    square = np.square(noise)
+    found, square = followed.fit, np.square(followed.noise)
     blind = blind_spots(found, time, found.own[2])
     if order != 2:
         blind *= 0.5 * found.span[:, None]
+    blind += unsure(followed, time)[2 if order == 2 else 1][:, None]
     return errors(
         found,
         found.own[order],

@@ -4,7 +4,7 @@
 Instants at which the motion of a recorded run is less smooth, told by its commands and its scene.
 
     set_state                                    the pose jumps, just after the sample there
-    impulse                                      the velocity jumps
+    impulse, recorded impact                     the velocity jumps
     held command that begins, changes, runs out  the force jumps
     table over time that begins or ends; burnout the force jumps
     row of a linear table                        the rate of the force jumps
@@ -17,7 +17,8 @@ where it depends on position; likewise by the turn of a body what its path does.
 
 The ticks are those recorded with each command; when a held one runs out follows from the command
 timeout of the run. Bodies that meet (contact, bumpers) push each other from instants that nobody
-recorded: those are not known. Nor are any in a bag of another recorder, or in a CSV file.
+recorded, but for the impacts of event mode: those are not known, and the samples have to show them
+(`analysis.kinks`). Nor are any in a bag of another recorder, or in a CSV file.
 """
 
 from __future__ import annotations
@@ -27,7 +28,10 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from rigid_body_sim.analysis.piecewise_spline import DEGREE, Break
+from rigid_body_sim.analysis.recorded_impacts import read_impacts
 from rigid_body_sim.physics.forces.elements.bumper import Bumper
 from rigid_body_sim.physics.forces.elements.time import TimeTable
 from rigid_body_sim.physics.forces.held_wrenches import FOREVER, HeldWrenches
@@ -56,12 +60,14 @@ class Jumps:
     Instants [ns] at which each body of a run is less smooth.
 
     paths, turns : body -> breaks, ascending
+    tick         : [ns] in whose steps forces act at instants that are not known
     unknown      : what pushes from instants that are not known, a phrase each
     """
 
     paths: dict[str, list[Break]] = field(default_factory=dict)
     turns: dict[str, list[Break]] = field(default_factory=dict)
     unknown: list[str] = field(default_factory=list)
+    tick: float = 0.0
 
 
 def jumps_of(bag: Bag, scene: Scene) -> Jumps:
@@ -79,11 +85,15 @@ def jumps_of(bag: Bag, scene: Scene) -> Jumps:
         with interpreting(bag.path):
             for instant, place, continuity in _of_commands(bag, scene, couplings):
                 _note(events, instant, place, continuity)
+            for instant, place, continuity in _of_impacts(bag, scene):
+                _note(events, instant, place, continuity)
             # the state that was published at the tick is that of before
             later = 0.5 * ManifestValues(bag.path, 'manifest', bag.manifest).integer(
                 'dt_ns', 1, MOST_NS
             )
     found = Jumps(unknown=_unknown(scene))
+    if found.unknown:
+        found.tick = 2.0 * later
     for instant in sorted(events):
         for (body, part), continuity in _felt(events[instant], couplings).items():
             table = found.paths if part == PATH else found.turns
@@ -220,6 +230,19 @@ def _changed(
         for part in (PATH, TURN):
             if before.get(core, {}).get(part) != after.get(core, {}).get(part):
                 yield instant, (layout.body(core).name, part), FORCE
+
+
+def _of_impacts(bag: Bag, scene: Scene) -> Iterator[tuple[int, Place, int]]:
+    """Recorded impacts: of both bodies, the path and the turn."""
+    impacts = read_impacts(bag)
+    instants = impacts.tick_ns + np.round(impacts.remainder * 1e9).astype(np.int64)
+    for instant, pair in zip(instants.tolist(), impacts.bodies.tolist(), strict=True):
+        for place in pair:
+            body = scene.bodies[place]
+            if not body.fixed:
+                yield instant, (body.name, PATH), IMPULSE
+                if not body.is_point:
+                    yield instant, (body.name, TURN), IMPULSE
 
 
 def _asked(held: HeldWrenches) -> dict[int, dict[str, Any]]:

@@ -10,9 +10,10 @@ world axes, each with one standard deviation of every number as a message of the
 the scene, at the centre of mass; masses and inertias come from the scene that the bag carries, or
 from --scene; without either there is no wrench.
 
-Where a force jumps is taken from the recorded commands and the scene (`analysis.jumps`); noisy
-poses are smoothed, and the bandwidth is told. What holds at the ends of the record may be given:
---at-rest, --start-velocity, --end-velocity.
+Where a force jumps is taken from the recorded commands and impacts, the scene (`analysis.jumps`)
+and the poses themselves (`analysis.kinks`); where these change faster than they tell, a warning
+names body, times and cure. Noisy poses are smoothed, and the bandwidth is told. What holds at the
+ends of the record may be given: --at-rest, --start-velocity, --end-velocity.
 """
 
 from __future__ import annotations
@@ -54,6 +55,8 @@ SUMMARY = 'from positions to velocities, accelerations and the wrench that expla
 
 SCENE_FILE = 'scene.yaml'
 REPORT_FILE = 'inverse.json'
+UNKNOWN = 'found where the poses show them, else smeared, with deviations as wide'
+SHOWN = 4  # stretches that a warning names
 UNITS = {
     'velocity': 'm/s',
     'angular_velocity': 'rad/s',
@@ -210,6 +213,7 @@ def _derive(
             bandwidth=arguments.bandwidth,
             ends=KnownEnds(arguments.start_velocity, arguments.end_velocity, arguments.at_rest),
             steps=steps,
+            tick=0.0 if jumps is None else jumps.tick,
             unit=1e-9,
         )
     except (UserError, InvalidModel) as error:
@@ -301,15 +305,26 @@ def _tell(
             print('  too few samples to estimate an error')
         for name, smoothing in derived.smoothing.items():
             print(f'  {_sentence(name, smoothing)}')
+            if smoothing.steep:
+                print(f'  {_warning(name, smoothing.steep)}')
         if derived.force is None:
             print('  no wrench: its mass is not known, or it is fixed; give --scene SCENE')
     if jumps is None:
-        print('jumps: none known (no recorded commands): a force that jumps comes out smeared')
+        print(f'jumps: none known (no recorded commands): {UNKNOWN}')
     elif jumps.unknown:
-        print(
-            f'jumps: those by {" and ".join(jumps.unknown)} are not known: they come out smeared'
-        )
+        print(f'jumps: those by {" and ".join(jumps.unknown)} are not known: {UNKNOWN}')
     print(f'bag: {output}')
+
+
+def _warning(name: str, steep: tuple[tuple[float, float], ...]) -> str:
+    """Say where the samples tell too little, and what helps."""
+    shown = [f'{begin:.6g} to {end:.6g} s' for begin, end in steep[:SHOWN]]
+    more = len(steep) - len(shown)
+    times = ', '.join(shown) + (f' and {more} more' if more else '')
+    return (
+        f'warning: {name} jumps within the samples at {times}: its numbers there are no better '
+        'than their deviations; record more poses a second (--publish-rate)'
+    )
 
 
 def _sentence(name: str, smoothing: Smoothing) -> str:
@@ -319,6 +334,8 @@ def _sentence(name: str, smoothing: Smoothing) -> str:
     text += f'smoothed to {smoothing.bandwidth:.3g} Hz' if smoothing.smoothed else 'not smoothed'
     if smoothing.breaks:
         text += f', {smoothing.breaks} jump{"s" if smoothing.breaks > 1 else ""}'
+        if smoothing.found:
+            text += f' ({len(smoothing.found)} found in the samples)'
     if smoothing.dropped:
         text += (
             f'; {len(smoothing.dropped)} more come too fast for these samples, the first at '

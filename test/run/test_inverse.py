@@ -304,6 +304,56 @@ def test_what_one_body_feels_of_anothers_jump_is_smoother():
     assert at['c'] == {}
 
 
+FALLING = """
+version: 1
+dt: 0.004
+gravity: [0, 0, -9.81]
+contact: {mode: MODE}
+bodies:
+  - {name: ground, fixed: true, shape: {type: plane, normal: [0, 0, 1]}}
+  - name: ball
+    shape: {type: sphere, radius: 0.1}
+    mass: 1
+    restitution: 0.8
+    initial: {position: [0, 0, 1.1], velocity: [0.3, 0, 0]}
+"""
+
+
+@pytest.mark.parametrize('mode', ['event', 'timestep'])
+def test_between_its_bounces_a_ball_falls_with_g_and_no_force(tmp_path, as_json, verb, mode):
+    """Recorded impacts are breaks; of others the poses show the instants."""
+    (tmp_path / 'scene.yaml').write_text(FALLING.replace('MODE', mode))
+    assert (
+        verb('simulate', tmp_path / 'scene.yaml', '-o', tmp_path / 'run', '--duration', 2.5)[0]
+        == 0
+    )
+    code, result = as_json('inverse', tmp_path / 'run', '-o', tmp_path / 'new')
+    assert code == 0
+    told = result['bodies']['ball']
+    assert told['smoothing']['position']['breaks'] == 4
+    assert len(told['smoothing']['position']['found']) == (0 if mode == 'event' else 4)
+    new, old = Bag(tmp_path / 'new'), Bag(tmp_path / 'run')
+    fall = np.tile([0.0, 0.0, -9.81], (len(column(new, '/ball/accel')), 1))
+    assert column(new, '/ball/accel')[:, :3] == pytest.approx(fall, abs=1e-3)  # rounding / h^2
+    wrong = column(new, '/ball/twist')[:, :3] - column(old, '/ball/twist')[:, :3]
+    assert np.sqrt(np.mean(np.sum(wrong**2, axis=1))) < 1e-6  # of 4 m/s
+
+
+def test_jumps_that_last_are_told_with_their_times(tmp_path, verb):
+    """A push of six samples: where it begins and ends, body, stretch and cure are named."""
+    assert verb('simulate', 'elastic_push', '-o', tmp_path / 'run', '--duration', 1)[0] == 0
+    code, out, _ = verb('inverse', tmp_path / 'run', '-o', tmp_path / 'new')
+    assert code == 0
+    line = next(line for line in out.splitlines() if 'warning' in line)
+    assert 'position jumps within the samples at 0.42 to 0.5 s' in line and 'publish-rate' in line
+    twist, band = (
+        column(Bag(tmp_path / 'new'), '/heavy/twist'),
+        column(Bag(tmp_path / 'new'), '/heavy/twist_std'),
+    )
+    wrong = twist[:, :3] - column(Bag(tmp_path / 'run'), '/heavy/twist')[:, :3]
+    assert np.sqrt(np.mean(wrong**2)) < 2.0 * np.sqrt(np.mean(band[:, :3] ** 2))
+
+
 def test_noise_is_smoothed_and_its_band_is_written(tmp_path, as_json, verb):
     random = np.random.default_rng(5)
     lines = ['time,body,px,py,pz']
