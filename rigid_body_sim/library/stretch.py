@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.library.gained_energy import gain_warning
+from rigid_body_sim.library.energy_warnings import energy_warning
 from rigid_body_sim.library.run import WHOLE, Origin, Run
 from rigid_body_sim.physics.errors import InvalidModel, SimulationBusy, SimulationDiverged
 from rigid_body_sim.physics.model.named_frames import RESERVED_FRAMES, SEPARATOR
@@ -221,28 +221,21 @@ class Stretch:
             self._warned.setdefault(violation.kind, set()).update(violation.bodies)
             self.warnings.append(violation.text)
 
-    def _warn_of_gain(self) -> None:
-        """Look whether the method brought energy in, where nothing else could."""
+    def _warn_of_energy(self) -> None:
+        """Look whether the method brought energy in or took it, where nothing else could."""
         simulation, rows = self.simulation, self._rows
         if self._is_controlled or np.any(self._wrench[:, :rows]):
             return
         times: Array = np.multiply(self._first + self._per * np.arange(rows), simulation.dt)
         masses = None if self._masses is None else self._masses[:rows]
-        told = gain_warning(
-            simulation.invariants,
-            times,
-            self._values[:rows],
-            masses,
-            meets=simulation.has_contact,
-            integrator=simulation.integrator.name,
-        )
+        told = energy_warning(simulation, times, self._values[:rows], masses)
         if told is not None:
             self.warnings.append(told)
 
     def run(self, end_reason: str, problem: str = '') -> Run:
         """Give what was reached."""
         simulation, rows = self.simulation, self._rows
-        self._warn_of_gain()
+        self._warn_of_energy()
         self.warnings += simulation.overlap_warnings.values()
         per, dt_ns = self._per, simulation.dt_ns
         ticks = self._first + per * np.arange(rows, dtype=np.int64)

@@ -40,6 +40,7 @@ from rigid_body_sim.physics.diagnostics.energy_balance import (
     PassiveEnergy,
     overlap_energy,
     words_for_gain,
+    words_for_loss,
 )
 from rigid_body_sim.physics.diagnostics.invariants import Invariants
 from rigid_body_sim.physics.diagnostics.orthogonality import orthogonality_defect
@@ -858,7 +859,8 @@ class Simulation:
         """
         Say what is wrong with the scene, where the present state is beyond a limit of the
         integrator, which bodies have overlapped by more than a tenth of the smaller, and whether
-        a scene that nobody drives has gained energy by now, a line each.
+        a scene that nobody drives has gained energy by now, or lost some to a method that
+        damps its springs, a line each.
 
         Energy is looked at when this is called, and compared with the lowest of the calls before
         and of the start of the scene (after an impulse, `restore` and the like: of the first call
@@ -868,11 +870,33 @@ class Simulation:
             *self.scene_warnings,
             *(x.text for x in self.stability.check(self.state)),
             *self.overlap_warnings.values(),
-            *self._gain_warnings(),
+            *self._energy_warnings(),
         ]
 
-    def _gain_warnings(self) -> list[str]:
-        """Warn of energy that came from nowhere."""
+    @property
+    def may_lose_energy(self) -> bool:
+        """Whether something may have taken energy that only a balance tells, or none does."""
+        braked = any(force.depends_on_velocity() for force in self.scene.forces)
+        return braked or self.has_touched
+
+    @property
+    def has_touched(self) -> bool:
+        """Whether bodies have touched since the start or the last restore."""
+        return self.has_contact and self.deepest_gap() is not None
+
+    def words_for_loss(self, loss: float, tolerated: float) -> str:
+        """Say that the scene has lost energy by now [J], see `diagnostics.energy_balance`."""
+        damping = self.stability.damping(self.state)
+        return words_for_loss(
+            loss,
+            tolerated,
+            time=self.time,
+            integrator=self.integrator.name,
+            damping=None if damping is None else damping.text,
+        )
+
+    def _energy_warnings(self) -> list[str]:
+        """Warn of energy that came from nowhere, and of what went there."""
         if self._commanded or self.invariants.is_driven:
             return []
         if self._passive is None:
@@ -882,7 +906,11 @@ class Simulation:
         seen.look(*energies)
         gain, tolerated = seen.gain, seen.tolerated(*energies)
         if gain <= tolerated:
-            return []
+            loss = seen.highest - seen.change(*energies)
+            lost = loss > tolerated and not self.may_lose_energy
+            # one look does not tell a loss from a swing of the energy, but for such a method
+            lost = lost and self.stability.damping(self.state) is not None
+            return [self.words_for_loss(loss, tolerated)] if lost else []
         return [
             words_for_gain(
                 gain,

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """
 The energy balance of a run as it goes: looks at publish ticks, a history of them, and a warning
-while a passive scene gains, or where the numbers end.
+while a passive scene gains, where a scene has lost what nothing took, or where the numbers end.
 
 Looks depend on ticks alone, so that a replay finds the same numbers to the bit. They are made at
 every publish tick at first; when the history is full, every second row of it goes, and from then
@@ -22,6 +22,7 @@ import numpy as np
 from rigid_body_sim.physics.diagnostics.energy_balance import (
     NOT_IN_MOTION,
     EnergyBalance,
+    unexplained_loss,
     words_for_gain,
 )
 from rigid_body_sim.physics.simulation import Simulation
@@ -30,6 +31,7 @@ ROWS = 256  # of the history: more than a picture shows
 COLUMNS = ('time', 'change', 'work_of_commands', 'work_of_drives', 'dissipation', 'contact',
            'defect')  # fmt: skip
 TERMS = COLUMNS[1:]  # of the equation [J]
+CONTACT, DEFECT = COLUMNS.index('contact'), COLUMNS.index('defect')
 
 
 class EnergyLog:
@@ -58,6 +60,7 @@ class EnergyLog:
         self._gain = 0.0  # at the last look [J]
         self._warned_of: set[bool] = set()  # whether it stood in springs
         self._has_numbers = True
+        self._may_warn_of_loss = True
         self.history: list[tuple[float, ...]] = []
         self._look()
 
@@ -90,6 +93,17 @@ class EnergyLog:
         if balance.gains and gain > self._gain:  # it is now that so much was gained
             self._tell(balance, gain)
         self._gain = gain
+        if self._may_warn_of_loss:
+            self._look_for_loss(balance)
+
+    def _look_for_loss(self, balance: EnergyBalance) -> None:
+        """Warn once of energy that nothing took, while nothing has touched."""
+        loss = unexplained_loss([row[DEFECT] - row[CONTACT] for row in self.history])
+        if not loss > balance.loss_tolerated:
+            return
+        self._may_warn_of_loss = False
+        if not self._simulation.has_touched:
+            self._warn(self._simulation.words_for_loss(loss, balance.loss_tolerated))
 
     def _row(self, balance: EnergyBalance) -> tuple[float, ...]:
         values = asdict(balance)

@@ -20,6 +20,8 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.diagnostics.energy_balance import ROUNDING, TOO_MUCH, EnergyBalance
 from rigid_body_sim.physics.diagnostics.invariants import Invariants
+from rigid_body_sim.physics.diagnostics.numerical_damping import damps_no_spring
+from rigid_body_sim.physics.integration.integrator import Integrator
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.simulation import Simulation
 from rigid_body_sim.physics.state import snapshot
@@ -233,12 +235,24 @@ def energy_columns(balance: EnergyBalance) -> Mapping[str, float | None]:
     return {f'energy.{name}': value for name, value in asdict(balance).items()}
 
 
-def gain_warning(balance: EnergyBalance, integrator: str) -> str | None:
-    """Warn of a passive scene that gained energy."""
+def energy_warning(balance: EnergyBalance, integrator: Integrator, *, touched: bool) -> str | None:
+    """
+    Warn of a passive scene that gained energy, and of one whose method took what nothing else did.
+
+    The end alone does not tell a loss from a swing of the energy, which other methods make.
+    """
+    name = integrator.name
     if not balance.gains:
-        return None
+        loss = -balance.unexplained
+        if touched or damps_no_spring(integrator) or not loss > balance.loss_tolerated:
+            return None
+        return (
+            f'the scene lost {loss:.2g} J, which no force, damper or command took; up to '
+            f'{balance.loss_tolerated:.2g} J would be truncation; {name} lost it: take a '
+            'shorter dt or another integrator'
+        )
     return (
         f'the scene gained {balance.gain:.2g} J, though no command and no drive acts; up to '
-        f'{balance.tolerated:.2g} J would be truncation; {integrator} brought it in: take a '
+        f'{balance.tolerated:.2g} J would be truncation; {name} brought it in: take a '
         'shorter dt or another integrator'
     )

@@ -39,7 +39,7 @@ from rigid_body_sim.sweeps.looks import (
     Looks,
     QuietEnergies,
     energy_columns,
-    gain_warning,
+    energy_warning,
     look_ticks,
 )
 from rigid_body_sim.sweeps.plan import LOOKS, Sweep, code_digest
@@ -173,8 +173,9 @@ class Pack:
         for place, run in enumerate(self.runs):
             balance, told = balances[place], [*always, *self._told[place]]
             if balance is not None:
-                gain = gain_warning(balance, simulation.integrator.name)
-                told += [gain] if gain else []
+                touched = simulation.has_touched
+                said = energy_warning(balance, simulation.integrator, touched=touched)
+                told += [said] if said else []
             chosen = {}
             if simulation.choices:
                 chosen['chosen_integrator'] = simulation.integrator.name

@@ -13,7 +13,7 @@ import argparse
 import json
 import re
 from collections.abc import Iterator
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from itertools import groupby
 from typing import Any
 
@@ -27,9 +27,14 @@ from rigid_body_sim.analysis.scene_facts import (
     needs_of,
 )
 from rigid_body_sim.errors import UserError
+from rigid_body_sim.physics.diagnostics.numerical_damping import NumericalDamping
+from rigid_body_sim.physics.diagnostics.step_limits import StabilityWatch
+from rigid_body_sim.physics.integration.integrators import INTEGRATORS
 from rigid_body_sim.physics.model.rotation import IDENTITY
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.model.tick_length import tick_nanoseconds
+from rigid_body_sim.physics.state.layout import Layout
+from rigid_body_sim.physics.state.snapshot import StateReader
 from rigid_body_sim.runs.simulation_of_scene import simulation_of
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.scene.shipped_scenes import find_scene
@@ -76,7 +81,7 @@ def run(arguments: argparse.Namespace) -> int:
         'bodies': [asdict(facts) for facts in bodies_of(scene)],
         'needs': needs_of(scene),
         'integrator': scene.integrator,
-        'integrators': [asdict(facts) for facts in integrators_of(scene, dt=dt_ns / 1e9)],
+        'integrators': _integrators(scene, dt=dt_ns / 1e9),
         'warnings': list(warnings),
     }
     if arguments.point is not None and arguments.axis is None:
@@ -92,6 +97,46 @@ def run(arguments: argparse.Namespace) -> int:
     for line in _lines(scene, facts):
         print(line)
     return 0
+
+
+def _integrators(scene: Scene, *, dt: float) -> list[dict[str, Any]]:
+    """
+    Give the facts of every integrator; one that damps the springs of a scene is not recommended.
+
+    damping : what its steps take from a swing, as `NumericalDamping`; None: nothing worth a word
+    """
+    found = integrators_of(scene, dt=dt)
+    damping = {facts.name: _damping(scene, facts, dt) for facts in found}
+    able = [f for f in found if not (f.refused or f.beyond or f.is_reference)]
+    keeping = [f for f in able if damping[f.name] is None]
+    good = [f for f in keeping if f.recommended] or keeping or [f for f in able if f.recommended]
+    return [
+        asdict(replace(facts, recommended=facts in good))
+        | {'damping': None if (told := damping[facts.name]) is None else _as_numbers(told)}
+        for facts in found
+    ]
+
+
+def _damping(scene: Scene, facts: IntegratorFacts, dt: float) -> NumericalDamping | None:
+    """Find what the steps of a method that may be taken take from an oscillation."""
+    if facts.refused or facts.beyond or facts.is_reference:
+        return None
+    given = scene.integrator_options if facts.name == scene.integrator else {}
+    layout = Layout(scene)
+    state = StateReader(layout).read(layout.translation(), layout.rotation(), 0.0)
+    integrator = INTEGRATORS[facts.name].configured(given)
+    return StabilityWatch(scene, layout, integrator, dt).damping(state)
+
+
+def _as_numbers(damping: NumericalDamping) -> dict[str, Any]:
+    return {
+        'body': damping.body,
+        'rate': damping.rate,
+        'product': damping.product,
+        'per_period': damping.per_period,
+        'per_second': damping.per_second,
+        'text': damping.text,
+    }
 
 
 def _numbers(words: list[str]) -> list[float]:
@@ -193,16 +238,16 @@ def _of_needs(needs: dict[str, Any]) -> Iterator[str]:
 
 def _of_integrators(facts: dict[str, Any]) -> Iterator[str]:
     found = [
-        IntegratorFacts(**{**row, 'steps': [], 'beyond': row['beyond']})
-        for row in facts['integrators']
+        (IntegratorFacts(**{**row, 'steps': []}), damping)
+        for row, damping in map(_without_damping, facts['integrators'])
     ]
     rates = next((row['steps'] for row in facts['integrators'] if row['steps']), [])
     now = ', '.join(
         f'{s["kind"]} {STEPS[s["kind"]]} = {s["product"]:.3g}' for s in rates if s['product']
     )
     yield f'integrators at dt {facts["dt"]:g} s' + (f'; at the start {now}' if now else '')
-    width = max(len(row.name) for row in found)
-    for row in found:
+    width = max(len(row.name) for row, _ in found)
+    for row, damping in found:
         order = 'exact' if row.order is None else f'order {row.order:g}'
         if row.refused is not None:
             said = f'refused: {row.refused}'
@@ -212,8 +257,14 @@ def _of_integrators(facts: dict[str, Any]) -> Iterator[str]:
             said = 'for comparison: slow'
         else:
             said = 'recommended' if row.recommended else 'within its limits'
+            said += f', but {damping["text"]}' if damping else ''
         yield f'  {row.name:{width}}  {order:8}  {said}'
     yield '  (limits are those of a step, not of its error: `integrator: auto` measures that)'
+
+
+def _without_damping(row: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any] | None]:
+    own = dict(row)
+    return own, own.pop('damping')
 
 
 def _vector(values: list[float]) -> str:

@@ -184,6 +184,31 @@ def test_a_run_beyond_the_limits_of_its_method_says_so_in_its_row():
     assert together[0]['warnings'] is None
 
 
+def test_a_run_that_loses_what_nothing_took_says_so_in_its_row_and_one_that_swings_does_not():
+    swinging = {
+        'dt': 0.01,
+        'bodies': [
+            {'name': 'ball', 'shape': {'type': 'particle'}, 'mass': 1.0,
+             'initial': {'position': [1, 0, 0]}},
+        ],
+        'forces': [
+            {'type': 'spring', 'a': 'ball', 'b': 'world', 'b_point': [0, 0, 0],
+             'stiffness': 1e4},
+        ],
+    }  # fmt: skip
+    for method, stiffness, loses in (
+        ('rk4', 1e4, True),
+        ('rk4', 1e2, False),
+        ('dmv6', 1e3, False),
+    ):
+        swinging['integrator'] = method
+        varied = {'forces[0].stiffness': [stiffness, 1.01 * stiffness]}
+        together, alone, _ = both_ways(swinging, varied, 2, duration=1.0)
+        assert_same(together, alone)
+        for row in together:
+            assert ('which no force, damper or command took' in (row['warnings'] or '')) == loses
+
+
 def test_a_pack_that_came_out_otherwise_is_made_again_one_by_one(monkeypatch):
     sweep = plan_sweep(scene(), VARY, runs=6, duration=0.2)
     alone, _ = rows_of(sweep, range(6), pack=False)

@@ -26,12 +26,17 @@ moment is seen as defect, and gone with it.)
 In a passive scene, without command and drive, the energy must not rise. `gain` is how far it did,
 above its lowest value before; `gains` says whether that is more than a method within its limits
 does. `PassiveEnergy` says so of a run that keeps no balance: it needs nothing but looks.
+
+A loss is the same the other way, `unexplained_loss`: how far the change that no work explains,
+defect - contact, has stayed below what it once was. It is seen only while nothing touches, as what
+contact takes is not known apart; a scene may be driven. An energy that swings, as kicks and drifts
+let it, comes back, and is no loss.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -47,6 +52,8 @@ Array = NDArray[np.float64]
 TOO_MUCH = 0.01  # [-] of the largest kinetic energy and change of potential energy
 OVERLAP = 1e-3  # [m] where bodies meet, heaps sink and rise by less while they come to rest
 NOT_IN_MOTION = 0.9  # [-] share of a gain that springs hold, from which on it is no motion
+LOOKS_AT_LEAST = 16  # [-] before a loss is told: fewer do not tell it from a swing
+LAST = 4  # [-] a loss is what the last of so many parts of the looks are below the highest
 ROUNDING = 1e-15  # [-] of kinetic and potential energy: of reading them, not of the run
 
 
@@ -77,6 +84,16 @@ class EnergyBalance:
     tolerated: float
 
     @property
+    def unexplained(self) -> float:
+        """Change that no command, drive and damper made: contact and defect [J]."""
+        return self.defect - self.contact
+
+    @property
+    def loss_tolerated(self) -> float:
+        """Loss that truncation, and works that are not known better, may explain [J]."""
+        return max(self.tolerated, TOO_MUCH * self.turnover) + self.uncertainty
+
+    @property
     def gains(self) -> bool:
         """Whether a passive scene gained more energy than is tolerated."""
         return self.gain is not None and self.gain > self.tolerated
@@ -90,6 +107,7 @@ class PassiveEnergy:
     overlap            : [J] that overlap of bodies that meet may explain
 
     gain    : [J] how far the energy rose above its lowest value before
+    highest : [J] the most that the energy ever was above that of the begin
     largest : [J] kinetic energy
     """
 
@@ -100,6 +118,7 @@ class PassiveEnergy:
         self._lowest = 0.0
         self.largest = kinetic
         self.gain = 0.0
+        self.highest = 0.0
 
     def change(self, kinetic: float, potential: float) -> float:
         """Change of the energy since the begin [J]."""
@@ -114,6 +133,7 @@ class PassiveEnergy:
         self.largest = max(self.largest, kinetic)
         self.gain = self.gain_by(kinetic, potential)
         self._lowest = min(self._lowest, self.change(kinetic, potential))
+        self.highest = max(self.highest, self.change(kinetic, potential))
 
     def gain_by(self, kinetic: float, potential: float) -> float:
         """Give the gain with the energies of now [J]."""
@@ -138,6 +158,36 @@ class PassiveEnergy:
 def overlap_energy(weight: float) -> float:
     """Energy that overlap may hold where bodies meet [J], of the weight of all that moves [N]."""
     return OVERLAP * weight
+
+
+def unexplained_loss(looks: Sequence[float]) -> float:
+    """
+    How far the energy stays below what it was [J], of looks at a change that nothing explains.
+
+    looks : (m,) [J] from the start on, evenly; 0 where they are too few
+    """
+    if len(looks) < LOOKS_AT_LEAST:
+        return 0.0
+    return max(looks) - max(looks[-(len(looks) // LAST) :])
+
+
+def words_for_loss(
+    loss: float, tolerated: float, *, time: float, integrator: str, damping: str | None
+) -> str:
+    """
+    Warn of a loss in one line.
+
+        loss, tolerated : [J]
+        time            : [s]
+        damping         : what the steps take from oscillations, `NumericalDamping.text`, if known
+    """
+    said = (
+        f'the scene lost {loss:.2g} J by {time:g} s, which no force, damper or command took; up '
+        f'to {tolerated:.2g} J would be truncation'
+    )
+    if damping is not None:
+        return f'{said}; {damping}'
+    return f'{said}; {integrator} lost it: take a shorter dt or another integrator'
 
 
 def words_for_gain(

@@ -30,6 +30,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from rigid_body_sim.physics.diagnostics.numerical_damping import (
+    NumericalDamping,
+    damps_no_spring,
+    worst_damping,
+)
 from rigid_body_sim.physics.forces.element import Tie
 from rigid_body_sim.physics.integration.integrator import Integrator
 from rigid_body_sim.physics.integration.integrators import INTEGRATORS
@@ -43,6 +48,7 @@ Array = NDArray[np.float64]
 KINDS = ('rotation', 'oscillation', 'relaxation')
 ROUNDING = 1.0 + 1e-9  # a step that is the limit itself, but for rounding, is within it
 MOST_OF_CONTACT = 1000  # substeps of contact that a scene may have
+KEEP = ('linear_propagator', 'implicit_midpoint', 'force_gradient4')  # the energy of springs
 INSTEAD = ('dmv6', 'rk4', 'linearly_implicit', 'sdirk2', 'exact_rotor')  # in order of preference
 
 
@@ -125,6 +131,44 @@ class StabilityWatch:
             'oscillation': np.sqrt(ties.bound(ties.stiffness, lighter)),
             'relaxation': relaxation,
         }
+
+    def damping(self, state: State) -> NumericalDamping | None:
+        """
+        Find the oscillation that the steps themselves damp most; None: none worth a word.
+
+        Where the dampers of a scene take ten times as much, what the steps take is not told.
+        """
+        with np.errstate(all='ignore'):  # a run about to diverge squares to infinity
+            rates = self.rates(state)
+        found = worst_damping(
+            self._integrator, self._h, rates['oscillation'], dampers=rates['relaxation']
+        )
+        if found is None:
+            return None
+        core, damping = found
+        return replace(
+            damping, body=self._layout.body(core).name, cure=self._cure_of_damping(damping)
+        )
+
+    def _cure_of_damping(self, damping: NumericalDamping) -> str:
+        """Say what would hardly damp."""
+        times = damping.product / damping.unnoticed
+        cures = []
+        shorter = _rounded_down(self._dt / times)
+        if shorter >= 1e-9:
+            cures.append(f'dt <= {shorter:g} s')
+        for name in KEEP:
+            other = INTEGRATORS[name]
+            if (
+                damps_no_spring(other)
+                and other.limits.oscillation >= damping.product
+                and (not self.has_bent_ties or other.limits.bent >= damping.product)
+                and other.refuses(self._scene) is None
+                and self._may_meet_contact(other)
+            ):
+                cures.append(f'the integrator {name}')
+                break
+        return f'take {", or ".join(cures)}' if cures else 'take another integrator'
 
     def _limits(self, state: State) -> dict[str, Array]:
         """Give the limits of all moving bodies, core order."""

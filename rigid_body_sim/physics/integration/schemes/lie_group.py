@@ -26,7 +26,11 @@ from typing import Any
 from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.integration.free_rotation.euler import exponential
-from rigid_body_sim.physics.integration.schemes.runge_kutta import coupled_kernel, free_kernel
+from rigid_body_sim.physics.integration.schemes.runge_kutta import (
+    coupled_kernel,
+    free_kernel,
+    of_explicit,
+)
 from rigid_body_sim.physics.integration.schemes.state_space import no_rotation
 from rigid_body_sim.physics.integration.schemes.state_space.lanes import (
     multiply,
@@ -242,6 +246,12 @@ class LieRungeKutta4:
     def _space(self) -> StateSpace:
         """The state space of rotations."""
         return ROTATIONS if self.rotates else NO_ROTATION
+
+    def stability_function(self, z: complex) -> complex:
+        """Give R(z): y1 = R(h l) y0 for y' = l y."""
+        n = CLASSICAL['STAGES']
+        rows = [CLASSICAL['A'][i * n : (i + 1) * n] for i in range(n)]
+        return of_explicit(rows, CLASSICAL['B'], z)
 
     def free(self, name: str) -> Callable[..., Any]:
         """Make the kernel for a scene without forces that depend on the state."""

@@ -17,7 +17,7 @@ With `orientation: matrix` the state is that of the lecture, (r, R, p, L): see
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -99,6 +99,14 @@ def _advance_coupled(
 @inline
 def no_forces(place, time, translation, rotation, elements, ranges):
     """Evaluate nothing."""
+
+
+def of_explicit(a: Sequence[Sequence[float]], b: Sequence[float], z: complex) -> complex:
+    """Give R(z) = 1 + sum b_i k_i,   k_i = z (1 + sum_j a_ij k_j), of an explicit tableau."""
+    slopes: list[complex] = []
+    for row in a:
+        slopes.append(z * (1.0 + sum(x * k for x, k in zip(row, slopes, strict=False))))
+    return 1.0 + sum(weight * k for weight, k in zip(b, slopes, strict=True))
 
 
 def square(a: tuple[tuple[float, ...], ...]) -> tuple[float, ...]:
@@ -207,6 +215,10 @@ class RungeKutta:
         end = bound(quaternions.end, name=name, offered=tableau)
         whole = {**tableau, 'move_stage': move, 'end_step': end}
         return bound(quaternions.step, name=name, offered=whole)
+
+    def stability_function(self, z: complex) -> complex:
+        """Give R(z): y1 = R(h l) y0 for y' = l y."""
+        return of_explicit(self.a, self.b, z)
 
     def free(self, name: str) -> Callable[..., Any]:
         """Make the kernel for a scene without forces that depend on the state."""

@@ -264,6 +264,10 @@ class LinearlyImplicit:
         """Return the same scheme without rotation."""
         return replace(self, drift_rotation=no_rotation.drift)
 
+    def stability_function(self, z: complex) -> complex:
+        """Give R(z) of linear springs, on which it is implicit Euler."""
+        return 1.0 / (1.0 - z)
+
     def free(self, name: str) -> Callable[..., Any]:
         """
         Make the kernel for a scene without forces that depend on the state: a kick, then a drift.

@@ -319,6 +319,13 @@ class Implicit:
     gamma: float
     midpoint: bool = False
 
+    def stability_function(self, z: complex) -> complex:
+        """Give R(z): y1 = R(h l) y0 for y' = l y."""
+        if self.midpoint:
+            return (1.0 + 0.5 * z) / (1.0 - 0.5 * z)
+        first = 1.0 if self.stages == 1 else 1.0 / (1.0 - self.gamma * z)
+        return (1.0 + (1.0 - self.gamma) * z * first) / (1.0 - self.gamma * z)
+
     def free(self, name: str) -> Callable[..., Any]:
         """Make the kernel for a scene without forces that depend on the state."""
         nothing = Derivatives(NO_DERIVATIVES, None)
