@@ -9,6 +9,7 @@ in closed form.
 """
 
 import time
+from pathlib import Path
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from rigid_body_sim import Simulation, load_scene
 METHODS = ('explicit_euler', 'semi_implicit_euler', 'midpoint', 'rk4', 'lie_rk4', 'dmv6')
 TICKS = 2000
 
-scene = load_scene('config/scenes/tumbling_box.yaml')
+scene = load_scene(Path(__file__).parents[1] / 'config/scenes/tumbling_box.yaml')
 
 
 def end_of(method):

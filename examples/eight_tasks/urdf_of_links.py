@@ -2,12 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """A robot of three links on fixed joints becomes one body: a union of what its links are."""
 
+from pathlib import Path
+
 import numpy as np
 from yourdfpy import URDF
 
 import rigid_body_sim as rbs
 
-robot, parts = URDF.load('examples/eight_tasks/three_links.urdf'), []
+robot, parts = URDF.load(str(Path(__file__).with_name('three_links.urdf'))), []
 for name, link in robot.link_map.items():
     pose = robot.get_transform(name) @ link.collisions[0].origin
     shape = rbs.Box(tuple(link.collisions[0].geometry.box.size))

@@ -224,6 +224,10 @@ class Stretch:
     def _warn_of_energy(self) -> None:
         """Look whether the method brought energy in or took it, where nothing else could."""
         simulation, rows = self.simulation, self._rows
+        no_number = simulation.words_for_no_energy()
+        if no_number is not None:
+            self.warnings.append(no_number)
+            return
         if self._is_controlled or np.any(self._wrench[:, :rows]):
             return
         times: Array = np.multiply(self._first + self._per * np.arange(rows), simulation.dt)

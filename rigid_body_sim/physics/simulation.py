@@ -41,12 +41,18 @@ from rigid_body_sim.physics.diagnostics.energy_balance import (
     overlap_energy,
     words_for_gain,
     words_for_loss,
+    words_for_no_energy,
 )
 from rigid_body_sim.physics.diagnostics.invariants import Invariants
 from rigid_body_sim.physics.diagnostics.orthogonality import orthogonality_defect
 from rigid_body_sim.physics.diagnostics.point_motion import PointMotion, motion_of
 from rigid_body_sim.physics.diagnostics.step_limits import StabilityWatch, substeps_of_contact
 from rigid_body_sim.physics.errors import InvalidModel, SimulationBusy, SimulationDiverged
+from rigid_body_sim.physics.forces.at_start import (
+    need_energy,
+    without_direction,
+    without_energy,
+)
 from rigid_body_sim.physics.forces.elements import held_body_wrench
 from rigid_body_sim.physics.forces.held_wrenches import FOREVER, HeldWrenches, Slot
 from rigid_body_sim.physics.forces.power import COMMANDS
@@ -132,6 +138,9 @@ class Simulation:
         self._held = HeldWrenches(self._layout, scene.gravity)
         self._stepper = Stepper(scene, self._layout, self.integrator)
         self._stability = StabilityWatch(scene, self._layout, self.integrator, self.dt)
+        begin = self._reader.read(*self._stepper.start, 0.0)
+        need_energy(scene, begin)
+        self._start_warnings = without_direction(scene, begin)
         self._read: State | None = None
         self._ledger: EnergyLedger | None = None
         self._passive: tuple[PassiveEnergy, float] | None = None  # and what was stored then [J]
@@ -860,7 +869,7 @@ class Simulation:
         Say what is wrong with the scene, where the present state is beyond a limit of the
         integrator, which bodies have overlapped by more than a tenth of the smaller, and whether
         a scene that nobody drives has gained energy by now, or lost some to a method that
-        damps its springs, a line each.
+        damps its springs, or the energy is no number, a line each.
 
         Energy is looked at when this is called, and compared with the lowest of the calls before
         and of the start of the scene (after an impulse, `restore` and the like: of the first call
@@ -879,6 +888,19 @@ class Simulation:
         braked = any(force.depends_on_velocity() for force in self.scene.forces)
         return braked or self.has_touched
 
+    def words_for_no_energy(self) -> str | None:
+        """Say that the energy is no number now, and why; None: it is one."""
+        with np.errstate(all='ignore'):
+            energy = self.energy()
+        if math.isfinite(energy):
+            return None
+        return words_for_no_energy(energy, time=self.time, singular=self.singular_force())
+
+    def singular_force(self) -> str | None:
+        """Say of a force that it has no energy where its bodies are now; None: all have."""
+        found = without_energy(self.scene, self.state)
+        return None if found is None else f'forces[{found[0]}]: {found[1]}'
+
     @property
     def has_touched(self) -> bool:
         """Whether bodies have touched since the start or the last restore."""
@@ -896,7 +918,10 @@ class Simulation:
         )
 
     def _energy_warnings(self) -> list[str]:
-        """Warn of energy that came from nowhere, and of what went there."""
+        """Warn of energy that is no number, that came from nowhere, and of what went there."""
+        told = self.words_for_no_energy()
+        if told is not None:
+            return [told]
         if self._commanded or self.invariants.is_driven:
             return []
         if self._passive is None:
@@ -947,7 +972,7 @@ class Simulation:
     @property
     def scene_warnings(self) -> tuple[str, ...]:
         """Those of the warnings that hold from the start, whatever the state."""
-        return self._stepper.warnings()
+        return (*self._start_warnings, *self._stepper.warnings())
 
     def deepest_gap(self) -> float | None:
         """

@@ -53,6 +53,7 @@ from rigid_body_sim.scene import load_scene
 from rigid_body_sim.scene.shipped_scenes import find_scene
 from rigid_body_sim.stop_signals import STOP
 
+LOGGING = 'logging'  # of what the middleware says where it finds no folder for its logs
 MOST_SHOWN = 12  # [bodies] named in the line that says that the node is ready
 SHOWN = 4  # [topics] named in a line
 if TYPE_CHECKING:
@@ -182,6 +183,11 @@ def _make_node(words: Sequence[str], context: Context) -> SimNode:
     except InvalidParameterTypeException as error:  # of a parameter that every node has
         raise UserError(f'parameters: {error}') from None
     except (rclpy_implementation.RCLError, rclpy_implementation.UnknownROSArgsError) as error:
+        if LOGGING in str(error):
+            raise UserError(
+                f'logs of ROS: {_first_of(error)}; it needs a folder for them: set ROS_LOG_DIR to '
+                'one that can be written, or HOME'
+            ) from None
         raise UserError(f'arguments for ROS: {_first_of(error)}; see: sim_node --help') from None
 
 

@@ -14,7 +14,8 @@ Force, torque and wrench add, and each named frame holds its own beside them.
 
 `frame_id` is empty or the world frame (world axes), the name of the body (axes that turn with it),
 or a frame of the body, `<body>/<frame>` or `<frame>` (its origin and its axes, as tf2 reads a
-wrench); anything else is refused. But in a named frame, a force acts at the centre of mass.
+wrench); anything else is refused. A force acts at the origin of such a frame, and else at the
+centre of mass.
 """
 
 from __future__ import annotations
@@ -95,6 +96,7 @@ class CommandRules:
     What a scene allows to be commanded.
 
     frame_prefix : stands before the names of frames of bodies; commands may leave it out
+    also         : further words for frames that whoever asks takes, for messages
     commanded    : names of the bodies that take commands; None: all
     """
 
@@ -104,10 +106,12 @@ class CommandRules:
         *,
         world_frame: str = 'world',
         frame_prefix: str = '',
+        also: tuple[str, ...] = (),
         commanded: Collection[str] | None = None,
     ) -> None:
         self._world_frame = world_frame
         self._frame_prefix = frame_prefix
+        self._also = also
         self._commanded = None if commanded is None else frozenset(commanded)
         self._bodies = {body.name: body for body in scene.bodies}
         self._named = frozenset(name for body in scene.bodies for name in frame_names(body))
@@ -190,7 +194,7 @@ class CommandRules:
         said = f'{command.kind} for {body.name!r} in frame {asked_states.quoted(name)}'
         if (name in plain) is not (frame is not None):
             return None
-        allowed = (*plain, *(full_name(body, own) for own in body.frames))
+        allowed = (*plain, *self._also, *(full_name(body, own) for own in body.frames))
         listed = ', '.join(map(repr, allowed[:MOST_NAMED]))
         if frame is not None:
             return f'{said}, which is both the world frame and a frame of the body; rename one'
@@ -294,7 +298,9 @@ def read_csv(
     """
     timed = regular_file.rows(
         path,
-        lambda where, lines: _rows(where, lines, CommandRules(scene, commanded=commanded), dt_ns),
+        lambda where, lines: _rows(
+            where, lines, CommandRules(scene, commanded=commanded, also=('body',)), dt_ns
+        ),
         wanted='a CSV file of commands',
     )
     return sorted(timed, key=lambda item: item[0])

@@ -118,7 +118,9 @@ class EnergyLog:
         beyond = {name: joules for name, joules in terms.items() if not math.isfinite(joules)}
         if beyond and self._has_numbers and not self._warned_of:
             self._has_numbers = False
-            self._warn(_words_for_no_numbers(beyond, time=self._simulation.time))
+            simulation = self._simulation
+            singular = simulation.singular_force()
+            self._warn(_words_for_no_numbers(beyond, time=simulation.time, singular=singular))
         return balance
 
     def ending(self) -> dict[str, str]:
@@ -151,13 +153,22 @@ class EnergyLog:
         )
 
 
-def _words_for_no_numbers(beyond: Mapping[str, float], *, time: float) -> str:
-    """Warn in one line at a time [s], of terms of the balance [J] that are no numbers any more."""
+def _words_for_no_numbers(
+    beyond: Mapping[str, float], *, time: float, singular: str | None
+) -> str:
+    """
+    Warn in one line at a time [s], of terms of the balance [J] that are no numbers any more.
+
+    singular : of a force that has no energy where its bodies are, in words
+    """
     told = ', '.join(f'{name.replace("_", " ")} {joules} J' for name, joules in beyond.items())
+    said = f'the energy balance has no numbers any more by {time:g} s: {told}'
+    unseen = 'errors in the energy are not seen from here on'
+    if singular is not None:
+        return f'{said}; {singular}; {unseen}'
     return (
-        f'the energy balance has no numbers any more by {time:g} s: {told}; a command, speed or '
-        'place is so large that its energy passes 1.8e308 J, where numbers end, and errors in the '
-        'energy are not seen from here on; look at the last commands (N, N m, N s, N m s, m, m/s) '
+        f'{said}; a command, speed or place is so large that its energy passes 1.8e308 J, where '
+        f'numbers end, and {unseen}; look at the last commands (N, N m, N s, N m s, m, m/s) '
         'and begin anew, with ~/reset in the node'
     )
 

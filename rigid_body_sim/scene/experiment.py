@@ -20,7 +20,7 @@ from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model.scene import Body, Origin, Scene
 from rigid_body_sim.physics.model.tick_length import tick_nanoseconds
 from rigid_body_sim.physics.validation import LONGEST_TITLE, NAME, check_scene
-from rigid_body_sim.scene import document, grammar, regular_file
+from rigid_body_sim.scene import document, grammar, numerals, regular_file
 from rigid_body_sim.scene.bodies import read_bodies
 from rigid_body_sim.scene.contact import read_contact
 from rigid_body_sim.scene.files import Files
@@ -200,7 +200,11 @@ def _scene_of(
 
 
 def _check_version(value: Value | None) -> None:
-    if value is not None and (value.content != VERSION or isinstance(value.content, bool)):
+    if value is None:
+        return
+    given = value.content
+    number = numerals.decimal(given) if isinstance(given, str) else given  # as of all numbers
+    if number != VERSION or isinstance(given, bool):
         raise value.error(
             f'got {shown(value.content)}; this program reads scenes of version {VERSION}'
         )

@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 from rigid_body_sim.errors import RunError, UserError
 from rigid_body_sim.physics.compile import kernels
 from rigid_body_sim.physics.errors import InvalidModel, SimulationDiverged
+from rigid_body_sim.physics.forces.at_start import start_warnings
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.simulation import Simulation
 from rigid_body_sim.physics.state.layout import Layout
@@ -169,9 +170,13 @@ class Pack:
         elif 'energy' in self.sweep.keep:
             balances = [simulation.energy_balance()]
         self.looks.values = values
-        always = (*simulation.scene_warnings, *simulation.overlap_warnings.values())
+        packed = len(self.runs) > 1
+        always = () if packed else simulation.scene_warnings
+        always = (*always, *simulation.overlap_warnings.values())
         for place, run in enumerate(self.runs):
-            balance, told = balances[place], [*always, *self._told[place]]
+            balance = balances[place]
+            of_start = start_warnings(self.scenes[place]) if packed else ()
+            told = [*of_start, *always, *self._told[place]]
             if balance is not None:
                 touched = simulation.has_touched
                 said = energy_warning(balance, simulation.integrator, touched=touched)

@@ -143,6 +143,8 @@ def run(arguments: argparse.Namespace) -> int:
             scene, integrator=arguments.integrator, dt=dt, progress=note.show
         )
     ticks = whole_ticks(arguments.duration, simulation)
+    if arguments.commands:
+        _say_timeout(arguments.command_timeout, simulation)
     timed = (
         read_csv(arguments.commands, scene, dt_ns=simulation.dt_ns, commanded=names)
         if arguments.commands
@@ -275,6 +277,17 @@ def whole_ticks(duration: float, simulation: Simulation) -> int:
             f'{simulation.dt:g} s; the run takes {ticks} of them, {whole:.9g} s'
         )
     return ticks
+
+
+def _say_timeout(timeout: float, simulation: Simulation) -> None:
+    """Say where a command acts longer than its timeout [s], as it ends with a tick."""
+    ticks = -(-round(timeout * 1e9) // simulation.dt_ns)
+    whole = ticks * simulation.dt
+    if timeout and abs(whole - timeout) > NEAR * timeout:
+        say(
+            f'rigid_body_sim simulate: --command-timeout {timeout:g} s is no whole number of '
+            f'ticks of {simulation.dt:g} s; a command acts for {ticks} of them, {whole:.9g} s'
+        )
 
 
 def _idle_note(

@@ -44,6 +44,14 @@ LACKS = re.compile(r'Glyph (\d+) .* missing from (?:current )?font')  # matplotl
 MOST_POINTS = 400_000  # over all bodies; more cost time and change no pixel
 SAMPLES = 2000  # per body at most: about the width of the picture
 FEWEST_SAMPLES = 200
+FILM_OPTIONS = {
+    'size': (960, 600),  # [pixel]
+    'fps': 25.0,  # [Hz]
+    'speed': None,
+    'dark': False,
+    'body': None,
+    'follow': False,
+}  # and what they are unless given
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -75,10 +83,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     film = parser.add_argument_group('of a film')
     film.add_argument(
-        '--size', type=_size, default=(960, 600), metavar='WxH', help='pixels, default 960x600'
+        '--size',
+        type=_size,
+        default=FILM_OPTIONS['size'],
+        metavar='WxH',
+        help='pixels, default 960x600',
     )
     film.add_argument(
-        '--fps', type=float, default=25.0, metavar='HZ', help='frames per second, default 25'
+        '--fps',
+        type=float,
+        default=FILM_OPTIONS['fps'],
+        metavar='HZ',
+        help='frames per second, default 25',
     )
     film.add_argument(
         '--speed',
@@ -106,6 +122,7 @@ def _serve(arguments: argparse.Namespace) -> int:
 
     if arguments.output is not None:
         raise UserError('--live serves a page and writes none; leave out -o')
+    _refuse_film_options(arguments, '--live')
     if not 0 <= arguments.port < 1 << 16:
         raise UserError(f'--port {arguments.port}; allowed: 0 (any that is free) to 65535')
     if arguments.bag is not None:
@@ -119,6 +136,8 @@ def _serve(arguments: argparse.Namespace) -> int:
 @reads_recording('bag')
 def _draw(arguments: argparse.Namespace) -> int:
     _check_output(arguments.output)
+    if arguments.output.suffix not in SUFFIXES:
+        _refuse_film_options(arguments, str(arguments.output))
     settings = FilmSettings(
         arguments.size, arguments.fps, arguments.speed, arguments.dark, arguments.body,
         arguments.follow,
@@ -151,6 +170,16 @@ def _draw(arguments: argparse.Namespace) -> int:
     bodies = len(motion.tracks)
     print(f'{arguments.output}: {bodies} bod{"y" if bodies == 1 else "ies"}')
     return 0
+
+
+def _refuse_film_options(arguments: argparse.Namespace, drawn: str) -> None:
+    """Refuse what only a film can do."""
+    for option, usual in FILM_OPTIONS.items():
+        if getattr(arguments, option) != usual:
+            raise UserError(
+                f'{drawn}: --{option} is of a film, and changes nothing here; leave it out, or '
+                'give -o FILE.gif or FILE.mp4'
+            )
 
 
 def _png(figure: Figure) -> bytes:

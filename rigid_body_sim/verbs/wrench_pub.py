@@ -21,7 +21,7 @@ from rigid_body_sim.physics.model.scene import Vector
 from rigid_body_sim.physics.validation import check_name
 from rigid_body_sim.ros.playback import play_bag, publish_command
 from rigid_body_sim.runs.commands import NO_VECTOR, Command
-from rigid_body_sim.stop_signals import STOP
+from rigid_body_sim.stop_signals import STOP, say
 
 SUMMARY = 'publish commands to a body, or those of a bag'
 TAKES_ROS_ARGUMENTS = True  # a launch file adds some; none means anything here
@@ -81,6 +81,12 @@ def run(arguments: argparse.Namespace) -> int:
     STOP.keep()  # who is pushed gets a zero wrench at the end, however it comes
     count = _play(arguments) if arguments.bag is not None else _publish(arguments)
     print(f'{count} messages sent')
+    if arguments.bag is None and SEPARATOR in _frame_id(arguments.body, arguments.frame):
+        say(
+            f'rigid_body_sim wrench_pub: the frame {arguments.frame!r} was sent as one of '
+            f'{arguments.body!r}; a node whose scene has no frames: entry of that name for it '
+            'refuses every message, and only its log says so; always known: world, body'
+        )
     return 0
 
 
@@ -119,7 +125,7 @@ def _frame_id(body: str, frame: str) -> str:
     """Give the frame_id of a frame as it stands on the command line."""
     if frame == 'world':
         return ''
-    if frame == 'body':
+    if frame in ('body', body):
         return body
     name = frame.removeprefix(body + SEPARATOR)
     try:

@@ -23,7 +23,7 @@ from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.recording import bag_files, mcap_file, mcap_scan
 from rigid_body_sim.recording.bag_writer import MANIFEST
 from rigid_body_sim.scene import load_scene
-from rigid_body_sim.stop_signals import STOP
+from rigid_body_sim.stop_signals import STOP, say
 from rigid_body_sim.view.growing_motion import LEAVES, GrowingMotion
 from rigid_body_sim.view.recorded_motion import RecordedMotion
 
@@ -57,6 +57,8 @@ class BagFollower:
         """
         Wait until there is something to show; RunError: nothing comes, UserError: it is no bag.
         """
+        if not self.path.exists():
+            self._await_path()
         deadline = time.monotonic() + BEGINNING
         while True:
             if self._file() is not None:
@@ -66,6 +68,25 @@ class BagFollower:
                     return first
             if time.monotonic() > deadline or self.ended or STOP.number:
                 raise RunError(f'{self.path}: no state of a body came within {BEGINNING:g} s')
+            time.sleep(LOOK)
+
+    def _await_path(self) -> None:
+        """Say at once that there is nothing yet, and give a run that begins time to make it."""
+        if not self.path.absolute().parent.is_dir():
+            raise UserError(
+                f'{self.path}: no such file or directory, nor the folder it would be in'
+            )
+        say(
+            f'{self.path}: no such file or directory yet; waiting up to {BEGINNING:g} s for a run '
+            'that makes it (Ctrl-C ends)'
+        )
+        deadline = time.monotonic() + BEGINNING
+        while not self.path.exists():
+            if time.monotonic() > deadline or STOP.number:
+                raise UserError(
+                    f'{self.path}: no such file or directory, and no run made it; give the bag '
+                    'that is being written, or no BAG for the node that is running'
+                )
             time.sleep(LOOK)
 
     def more(self) -> RecordedMotion | None:

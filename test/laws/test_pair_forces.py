@@ -10,6 +10,7 @@ import pytest
 from rigid_body_sim import Simulation, load_scene
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.exact.collision import impact
+from rigid_body_sim.physics.errors import InvalidModel
 
 ROUND_OFF = 1e-13  # [-] sums over some thousand ticks, compensated
 
@@ -189,3 +190,44 @@ def test_a_bumper_pushes_off_a_wall_at_the_point_it_sits_on():
     sim.step()
     assert sim.state.momentum[0] / 1e-6 == pytest.approx([1.0, 0.0, 0.0], rel=1e-9)
     assert sim.state.angular_momentum[0] / 1e-6 == pytest.approx([0.0, 0.5, -0.5], rel=1e-9)
+
+
+def test_bodies_that_attract_each_other_at_one_point_are_refused_with_who_and_where():
+    bodies = [ball('a', 1.0), ball('b', 1.0), ball('c', 1.0, (1, 0, 0))]
+    with pytest.raises(
+        InvalidModel, match=r"'a' and 'b' attract .* both at \(0, 0, 0\) m"
+    ) as said:
+        Simulation(scene(bodies, {'type': 'gravity', 'constant': 1.0}))
+    assert said.value.at == ('forces', 0) and 'softening > 0 m' in str(said.value)
+    for more in ({'softening': 1e-3}, {'among': ['a', 'c']}, {'constant': 0.0}):
+        Simulation(scene(bodies, {'type': 'gravity', 'constant': 1.0, **more})).step()
+
+
+def test_bodies_that_come_to_attract_at_one_point_are_named_where_the_energy_has_no_number(
+    tmp_path, verb
+):
+    (tmp_path / 'bodies.yaml').write_text(
+        'version: 1\ndt: 0.5\nbodies:\n'
+        '  - {name: a, shape: {type: particle}, mass: 1, initial: {velocity: [1, 0, 0]}}\n'
+        '  - {name: b, shape: {type: particle}, mass: 1, initial: {position: [1, 0, 0]}}\n'
+        'forces: [{type: gravity, constant: 1.0e-300}]\n'
+    )
+    words = ('-o', tmp_path / 'bag', '--duration', 2)
+    code, _, err = verb('simulate', tmp_path / 'bodies.yaml', *words)
+    assert code == 0
+    assert "'a' and 'b' attract each other and are both at (1, 0, 0) m" in err
+    assert 'last commands' not in err
+
+
+@pytest.mark.parametrize('force', [{'type': 'spring', 'rest_length': 1.0},
+                                   {'type': 'bumper', 'length': 1.0}])  # fmt: skip
+def test_ends_at_one_point_that_have_no_direction_are_told(force):
+    force = {'a': 'a', 'b': 'b', 'stiffness': 10.0, **force}
+    at_one = Simulation(scene([ball('a', 1.0), ball('b', 1.0)], force))
+    (told,) = at_one.scene_warnings
+    assert f'forces[0]: the ends of the {force["type"]}' in told and 'aside' in told
+    assert told in at_one.warnings()
+    apart = Simulation(scene([ball('a', 1.0), ball('b', 1.0, (0.1, 0, 0))], force))
+    assert apart.scene_warnings == ()
+    spring = {'type': 'spring', 'a': 'a', 'b': 'b', 'stiffness': 10.0}
+    assert Simulation(scene([ball('a', 1.0), ball('b', 1.0)], spring)).scene_warnings == ()

@@ -66,6 +66,14 @@ def test_an_mp4_lasts_as_long_as_was_asked_for(bag, tmp_path):
     assert float(told.stdout) == pytest.approx(1.1, abs=0.01)  # eleven frames of 0.1 s
 
 
+@pytest.mark.parametrize('words', [('--body', 'nope'), ('--follow',), ('--fps', '10')])
+@pytest.mark.parametrize('name', ['run.png', 'run.html'])
+def test_what_only_a_film_can_do_is_refused_of_a_picture_and_a_page(bag, tmp_path, name, words):
+    with pytest.raises(UserError, match=f'{words[0]} is of a film, and changes nothing here'):
+        drawn(bag, tmp_path / name, *words)
+    assert not (tmp_path / name).exists()
+
+
 def test_what_is_missing_is_said_with_its_cure(bag, tmp_path, monkeypatch):
     monkeypatch.setenv('PATH', str(tmp_path))  # neither a browser nor ffmpeg
     with pytest.raises(UserError, match='drawn by a browser, and none is here: apt-get'):

@@ -19,7 +19,7 @@ from rigid_body_sim.errors import UserError
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.verbs import simulate, view
-from rigid_body_sim.view import live_server
+from rigid_body_sim.view import bag_follower, live_server
 from rigid_body_sim.view.bag_follower import BEGINNING, BagFollower
 from rigid_body_sim.view.contact_arrows import read_arrows
 from rigid_body_sim.view.energy_history import energy_history
@@ -92,6 +92,25 @@ def test_what_is_no_bag_that_goes_on_is_refused(tmp_path):
     ):
         with pytest.raises(UserError, match=said):
             view.run(parser.parse_args(words))
+
+
+def test_what_is_not_there_is_said_at_once_and_may_still_come(
+    written, tmp_path, monkeypatch, capsys
+):
+    nowhere = BagFollower(tmp_path / 'no' / 'bag')
+    with pytest.raises(
+        UserError, match='nor the folder it would be in'
+    ):
+        nowhere.begin()  # at once
+    monkeypatch.setattr(bag_follower, 'BEGINNING', 0.2)
+    with pytest.raises(UserError, match='no such file or directory, and no run made it'):
+        BagFollower(tmp_path / 'nosuch').begin()
+    assert 'nosuch: no such file or directory yet; waiting' in capsys.readouterr().err
+    monkeypatch.setattr(bag_follower, 'BEGINNING', BEGINNING)
+    late = threading.Timer(0.3, lambda: Writing(tmp_path, written[0]).up_to(0.5))
+    late.start()
+    assert BagFollower(tmp_path / 'bag').begin().tracks
+    late.join()
 
 
 def test_a_browser_sees_the_run_grow_and_end(tab, written, tmp_path):

@@ -260,6 +260,25 @@ def test_an_impulse_of_the_command_line_acts_once(lab, capsys):
     assert struck[0].force[1] == pytest.approx(0.002 / 0.001)
 
 
+def test_the_sender_is_told_what_a_frame_may_be_that_only_the_node_knows(monkeypatch, capsys):
+    sent = []
+    monkeypatch.setattr(
+        'rigid_body_sim.verbs.wrench_pub.publish_command',
+        lambda command, **_: sent.append(command.frame_id) or 1,
+    )
+    for frame, frame_id, is_told in (
+        ('mars', 'box/mars', True),
+        ('box/mars', 'box/mars', True),
+        ('box', 'box', False),
+        ('body', 'box', False),
+        ('world', '', False),
+    ):
+        assert main(['wrench_pub', 'box', '--force', '0', '0', '1', '--frame', frame]) == 0
+        err = capsys.readouterr().err
+        assert sent.pop() == frame_id
+        assert ('refuses every message' in err and 'always known: world, body' in err) == is_told
+
+
 def test_nobody_listening_is_an_error(monkeypatch, capsys):
     monkeypatch.setattr(playback, 'MATCHING', 0.2)
     assert main(['wrench_pub', 'nobody', '--force', '1', '0', '0']) == 1

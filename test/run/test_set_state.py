@@ -333,7 +333,10 @@ def test_a_file_of_commands_knows_frames_and_states(verb, tmp_path):
         ('0,drone,set_state,,1,,1,,,,,,', 'set_state has no fx'),
         ('0,drone,force,,1,,1,,,,,,', 'force has no x'),
         ('0,drone,set_state,,,,1,,,0,0,,', 'zero length'),
-        ('0,drone,force,rotor,1,,,,,,,,', "in frame 'rotor'"),
+        (
+            '0,drone,force,rotor,1,,,,,,,,',
+            "allowed: '', 'world', 'drone', 'body'",
+        ),
     ):
         file.write_text(CSV.splitlines()[0] + '\n' + line + '\n')
         code, _, err = verb(*words, '-o', tmp_path / 'none')

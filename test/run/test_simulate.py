@@ -65,6 +65,21 @@ def test_a_duration_that_is_no_whole_number_of_ticks_is_rounded_and_said(verb, t
         assert (rounded + f'the run takes {ticks} of them' in err) == bool(ticks)
 
 
+def test_a_timeout_that_is_no_whole_number_of_ticks_is_rounded_and_said(verb, tmp_path):
+    (tmp_path / 'c.csv').write_text('time,body,kind,fx\n0,ball,force,1\n')
+    words = ('simulate', SCENES / 'free_fall.yaml', '--commands', tmp_path / 'c.csv')
+    for name, timeout, dt, said in (
+        ('up', '0.2', '0.03', '0.2 s is no whole number of ticks of 0.03 s; a command acts for 7 '
+         'of them, 0.21 s'),
+        ('whole', '0.2', '0.01', ''),
+        ('never', '0', '0.03', ''),
+    ):  # fmt: skip
+        times = ('--command-timeout', timeout, '--dt', dt, '--duration', '0.6')
+        code, _, err = verb(*words, *times, '-o', tmp_path / name)
+        assert code == 0
+        assert ('--command-timeout' in err) == bool(said) and said in err
+
+
 def test_a_bag_of_free_fall_holds_the_parabola(verb, tmp_path):
     scene = tmp_path / 'fall.yaml'
     scene.write_text(

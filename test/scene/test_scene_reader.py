@@ -669,6 +669,8 @@ REFUSED_SCENES: tuple[tuple[dict[str, Any], str], ...] = (
     ({'bodies': [body(), body()]}, "scene: bodies[1].name: the name 'box' is taken"),
     ({'version': 2}, 'scene: version: got 2; this program reads scenes of version 1'),
     ({'version': True}, 'scene: version: got True'),
+    ({'version': '2'}, "scene: version: got '2'"),
+    ({'version': '0x1'}, "scene: version: got '0x1'"),
     (
         {'integrator': 'quik'},
         "integrator 'quik' is unknown; did you mean 'quick'? allowed: quick,",

@@ -190,6 +190,19 @@ def words_for_loss(
     return f'{said}; {integrator} lost it: take a shorter dt or another integrator'
 
 
+def words_for_no_energy(energy: float, *, time: float, singular: str | None) -> str:
+    """
+    Warn in one line of an energy [J] at a time [s] that is no number.
+
+    singular : of a force that has no energy where its bodies are, in words
+    """
+    cause = singular or (
+        'a command, speed or place is so large that its square passes 1.8e308, where numbers end; '
+        'look at the last commands (allowed in a node: up to 1e154 N, N m, N s, N m s)'
+    )
+    return f'the energy is {energy} J by {time:g} s, and errors in it are not seen; {cause}'
+
+
 def words_for_gain(
     gain: float, tolerated: float, *, time: float, integrator: str, in_springs: bool
 ) -> str:

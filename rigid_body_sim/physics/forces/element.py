@@ -87,6 +87,15 @@ def pushed(places: Places, body: str, point: Vector | None = None) -> Place:
     return place
 
 
+def ends_meet(of: str, a: str, b: str, point: NDArray[np.float64]) -> str:
+    """Say that the ends of a spring or bumper are at one point [m]."""
+    return (
+        f'the ends of the {of} between {a!r} and {b!r} are both at '
+        f'({", ".join(f"{x:g}" for x in point)}) m, where it has no direction and does not push; '
+        'put one a little aside'
+    )
+
+
 def need_two_ends(what: str, a: str, b: str) -> None:
     """Refuse an element between two points of one body, or of the world: it moves nothing."""
     if isinstance(a, str) and isinstance(b, str) and a == b:
@@ -171,6 +180,10 @@ class ForceElement(Protocol):
                  may bring energy in; without it the element stores energy or takes it
     turns      : optional method (body) -> bool: whether it exerts a torque about the centre of
                  mass of one of its bodies; without it, it counts as if it did
+    no_energy  : optional method (BodyState) -> str | None: in words, who is where its energy is no
+                 number; a scene that begins there is refused
+    no_direction : optional method (BodyState) -> str | None: in words, where its force has no
+                 direction and is therefore left out; a scene that begins there is warned of
     tie        : optional method () -> Tie: how strongly it holds or brakes; without it the element
                  counts for nothing when a run is warned of a step that is too long
     """

@@ -24,7 +24,14 @@ from dataclasses import dataclass
 from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.compile.kernels import inline
 from rigid_body_sim.physics.forces.body_point import apply_force, locate, point_field
-from rigid_body_sim.physics.forces.element import BodyState, Places, Tie, key, need_two_ends
+from rigid_body_sim.physics.forces.element import (
+    BodyState,
+    Places,
+    Tie,
+    ends_meet,
+    key,
+    need_two_ends,
+)
 from rigid_body_sim.physics.model.scene import Vector
 from rigid_body_sim.physics.vectors import dot, negate, scale, subtract
 
@@ -100,6 +107,13 @@ class Bumper:
     def conserves_energy(self) -> bool:
         """Always: what it takes in the approach it gives back."""
         return True
+
+    def no_direction(self, state: BodyState) -> str | None:
+        """Tell whether its ends are at one point, and it should push them apart."""
+        if self.stiffness * self.length == 0.0:
+            return None
+        x_a, x_b = state.point(self.a, self.a_point), state.point(self.b, self.b_point)
+        return ends_meet(self.TYPE, self.a, self.b, x_a) if (x_a == x_b).all() else None
 
     def potential_energy(self, state: BodyState) -> float:
         """k (|d| - l)^2 / 2 where the points are nearer than l [J]."""

@@ -25,6 +25,7 @@ from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.forces.element import BodyState, Places, key
 from rigid_body_sim.physics.forces.power import DRIVES
 from rigid_body_sim.physics.model.numbers import exact_sum, shown
+from rigid_body_sim.physics.model.scene import Body
 from rigid_body_sim.physics.state.blocks import add_force, position
 from rigid_body_sim.physics.vectors import add, dot, load, scale, subtract
 
@@ -163,6 +164,23 @@ class Gravity:
     def conserves_energy(self) -> bool:
         """Always."""
         return True
+
+    def no_energy(self, state: BodyState) -> str | None:
+        """Name two that are at one point; None: none are, or softening parts them."""
+        if self.softening > 0.0 or self.constant == 0.0:
+            return None
+        at: dict[tuple[float, ...], Body] = {}
+        for name in self.among:
+            body, position, _ = state.bodies[name]
+            other = at.setdefault(tuple(position.tolist()), body) if body.mass > 0.0 else body
+            if other is not body and not (other.fixed and body.fixed):
+                return (
+                    f'{other.name!r} and {name!r} attract each other and are both at '
+                    f'({", ".join(f"{x:g}" for x in position)}) m, where their energy is minus '
+                    'infinity; allowed: a distance above zero; put one elsewhere, or give the '
+                    'force a softening > 0 m'
+                )
+        return None
 
     def potential_energy(self, state: BodyState) -> float:
         """-G m m' / (|d|^2 + s^2)^(1/2), over all pairs [J]."""

@@ -35,7 +35,14 @@ from rigid_body_sim.physics.forces.derivatives import (
     add_between_points,
     add_turning_arm,
 )
-from rigid_body_sim.physics.forces.element import BodyState, Places, Tie, key, need_two_ends
+from rigid_body_sim.physics.forces.element import (
+    BodyState,
+    Places,
+    Tie,
+    ends_meet,
+    key,
+    need_two_ends,
+)
 from rigid_body_sim.physics.forces.power import DISSIPATION
 from rigid_body_sim.physics.model.scene import Vector
 from rigid_body_sim.physics.vectors import add, dot, negate, scale, subtract
@@ -239,6 +246,13 @@ class Spring:
     def conserves_energy(self) -> bool:
         """Without a damper."""
         return self.damping == 0.0
+
+    def no_direction(self, state: BodyState) -> str | None:
+        """Tell whether its ends are at one point, and it should push them apart."""
+        if self.stiffness * self.rest_length == 0.0:
+            return None
+        x_a, x_b = state.point(self.a, self.a_point), state.point(self.b, self.b_point)
+        return ends_meet(self.TYPE, self.a, self.b, x_a) if (x_a == x_b).all() else None
 
     def potential_energy(self, state: BodyState) -> float:
         """k (|d| - l)^2 / 2 [J]."""
