@@ -7,11 +7,13 @@ Statics: the contact force below box k of n is (n - k) m g. What the soft contac
 give way under these loads is taken out whole: the top stays where it is, to 1e-11 m.
 """
 
+from pathlib import Path
+
 import numpy as np
 
 from rigid_body_sim import Simulation, load_scene
 
-simulation = Simulation(load_scene('config/scenes/stack.yaml'))
+simulation = Simulation(load_scene(Path(__file__).parents[1] / 'config/scenes/stack.yaml'))
 start = simulation.state.position.copy()
 simulation.step(round(2.0 / simulation.dt))
 

@@ -2,9 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """A corner of a cube, read from a mesh, falls onto the ground and comes to rest on a face."""
 
+from pathlib import Path
+
 import rigid_body_sim as rbs
 
-mesh = {'type': 'mesh', 'file': 'config/scenes/meshes/tetrahedron.off'}
+shipped = Path(__file__).parents[2] / 'config/scenes'
+mesh = {'type': 'mesh', 'file': str(shipped / 'meshes/tetrahedron.off')}
 start = {'position': [0, 0, 0.4], 'angular_velocity': [1, 2, 0]}
 ground = {'name': 'ground', 'shape': {'type': 'plane', 'normal': [0, 0, 1]}}
 corner = {'name': 'corner', 'shape': mesh, 'density': 600, 'initial': start}

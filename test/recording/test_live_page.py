@@ -98,9 +98,7 @@ def test_what_is_not_there_is_said_at_once_and_may_still_come(
     written, tmp_path, monkeypatch, capsys
 ):
     nowhere = BagFollower(tmp_path / 'no' / 'bag')
-    with pytest.raises(
-        UserError, match='nor the folder it would be in'
-    ):
+    with pytest.raises(UserError, match='nor the folder it would be in'):
         nowhere.begin()  # at once
     monkeypatch.setattr(bag_follower, 'BEGINNING', 0.2)
     with pytest.raises(UserError, match='no such file or directory, and no run made it'):

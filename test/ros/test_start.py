@@ -4,6 +4,9 @@
 What cannot be used ends the node with exit code 2 and one line; nothing is left behind.
 """
 
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -70,6 +73,18 @@ def test_lockstep_on_terms_that_do_not_fit_the_scene_exits_2(tmp_path, monkeypat
 def test_bad_arguments_for_ros_exit_2(capfd, words):
     assert main(['sim_node', '--ros-args', *words]) == 2
     assert 'Traceback' not in capfd.readouterr().err
+
+
+def test_a_node_that_finds_no_folder_for_logs_says_so_and_not_that_its_words_are_wrong():
+    bare = {k: v for k, v in os.environ.items() if k not in ('HOME', 'ROS_LOG_DIR', 'ROS_HOME')}
+    words = [sys.executable, '-m', 'rigid_body_sim', 'sim_node', '--ros-args']
+    words += ['-p', 'scene:=satellite', '-p', 'stop_time:=0.01']
+    result = subprocess.run(
+        words, env=bare, capture_output=True, text=True, timeout=60, check=False
+    )
+    assert result.returncode == 2
+    assert 'set ROS_LOG_DIR to one that can be written, or HOME' in result.stderr
+    assert 'arguments for ROS' not in result.stderr
 
 
 def test_the_node_takes_no_words_of_its_own(capfd):
