@@ -21,8 +21,10 @@ and of the work in Python before that,
 
     references  of arrays are not counted, for a kernel makes none and keeps none; one that
                 allocated would now be refused
-    indices     are taken as they are: no kernel counts from the end of an array, and to look for
-                that at each of thousands of accesses is most of what fetching a body costs
+    indices     are taken as they are (`numba_lowering`): no kernel counts from the end of an
+                array, and to look for that at each of thousands of accesses is most of what
+                fetching a body costs; nor do parts of arrays and ranges ask
+    calls       hand on two words an array, and ask nobody whether it went well (`numba_calls`)
     types       of an operator with its operands are resolved once, not at every occurrence; a
                 literal argument is typed like any other number, so that no function is compiled
                 once for a 0 and once for a 3
@@ -70,6 +72,12 @@ processor time, on cores busier than those above, and 490 MB in place of 690, wh
 before spent 3 s on optimising, linking and checking function by function, and some 2 s on passes
 that kernels do not need. Of it, `simplify` takes 2 s and gives back 1.7; without it a tick of
 `stack` takes 2 % longer.
+
+Calls, parts and ranges came last: of the text of `stack` (685 functions, 299,000 lines) half is
+left, its cold compile takes 25.4 s in place of 36.5 s on cores busier still, and a tick 0.94 of
+before. LLVM makes vectors of a loop that calls only if a tuple comes back by way of memory, and if
+it finds the count of a range whose end is a multiple of its step: each of the two, left out, made
+a pile 1.4 times as slow.
 
 `make test-bounds` runs the tests of kernels with each index checked.
 """
