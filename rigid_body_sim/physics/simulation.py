@@ -49,6 +49,7 @@ from rigid_body_sim.physics.diagnostics.point_motion import PointMotion, motion_
 from rigid_body_sim.physics.diagnostics.step_limits import StabilityWatch, substeps_of_contact
 from rigid_body_sim.physics.errors import InvalidModel, SimulationBusy, SimulationDiverged
 from rigid_body_sim.physics.forces.at_start import (
+    asks_the_start,
     need_energy,
     without_direction,
     without_energy,
@@ -138,9 +139,11 @@ class Simulation:
         self._held = HeldWrenches(self._layout, scene.gravity)
         self._stepper = Stepper(scene, self._layout, self.integrator)
         self._stability = StabilityWatch(scene, self._layout, self.integrator, self.dt)
-        begin = self._reader.read(*self._stepper.start, 0.0)
-        need_energy(scene, begin)
-        self._start_warnings = without_direction(scene, begin)
+        self._start_warnings: tuple[str, ...] = ()
+        if asks_the_start(scene):
+            begin = self._reader.read(*self._stepper.start, 0.0)
+            need_energy(scene, begin)
+            self._start_warnings = without_direction(scene, begin)
         self._read: State | None = None
         self._ledger: EnergyLedger | None = None
         self._passive: tuple[PassiveEnergy, float] | None = None  # and what was stored then [J]

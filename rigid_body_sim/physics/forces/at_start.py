@@ -14,6 +14,11 @@ from rigid_body_sim.physics.state.snapshot import State, StateReader
 MOST_TOLD = 8  # forces without direction that are told of one by one
 
 
+def asks_the_start(scene: Scene) -> bool:
+    """Whether a force of a scene may have no energy or no direction anywhere."""
+    return any(hasattr(f, 'no_energy') or hasattr(f, 'no_direction') for f in scene.forces)
+
+
 def bodies_in(scene: Scene, state: State) -> BodyState:
     """Give the bodies of a scene by name, where a state has them."""
     matrices = so3.matrix_from_quaternion(state.orientation)
@@ -44,6 +49,8 @@ def need_energy(scene: Scene, state: State) -> None:
 
 def start_warnings(scene: Scene) -> tuple[str, ...]:
     """Warn of forces that have no direction where a scene begins, a line each."""
+    if not asks_the_start(scene):
+        return ()
     layout = Layout(scene)
     begin = StateReader(layout).read(layout.translation(), layout.rotation(), 0.0)
     return without_direction(scene, begin)
