@@ -151,6 +151,44 @@ def test_what_may_raise_an_error_is_called_all_the_same():
     assert out.tolist() == [0, 1, 8 + 1, 27 + 8, 64 + 27]
 
 
+FAR = """
+import sys
+import numpy as np
+from rigid_body_sim.physics.compile import kernels
+
+@kernels.inline
+def member(numbers, place):
+    return numbers[place]
+
+@kernels.kernel
+def run(numbers, place):
+    return member(numbers, place) + member(numbers[1:], place)
+
+print(run(np.arange(5.0), int(sys.argv[1])))
+"""
+
+
+def test_who_wants_indices_checked_gets_no_piece_that_was_kept_without(tmp_path):
+    """Nor the other way round."""
+    program = tmp_path / 'far.py'
+    program.write_text(FAR)
+
+    def run(place, **environment):
+        own = {'RIGID_BODY_SIM_CACHE': str(tmp_path), 'PYTHONPATH': str(ROOT)}
+        return subprocess.run(
+            [sys.executable, str(program), place], env=os.environ | own | environment,
+            check=False, capture_output=True, text=True, timeout=HANGING,
+        )  # fmt: skip
+
+    assert run('2').stdout == '5.0\n'
+    assert run('2', NUMBA_OPT='3').stdout == '5.0\n'  # any setting of numba's: by way of it
+    checked = run('4', NUMBA_BOUNDSCHECK='1')
+    assert 'IndexError' in checked.stderr
+    assert run('2', NUMBA_BOUNDSCHECK='1').stdout == '5.0\n'
+    for unchecked in ({}, {'NUMBA_OPT': '3'}):
+        assert run('4', **unchecked).returncode == 0  # a number beside the array
+
+
 COUNT = """
 import sys
 from rigid_body_sim import Simulation, load_scene

@@ -99,7 +99,7 @@ from weakref import WeakSet
 
 import numba
 from llvmlite.ir import Function
-from numba.core import cgutils, errors, event, ir, ir_utils, sigutils, types
+from numba.core import cgutils, config, errors, event, ir, ir_utils, sigutils, types
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, UserProvidedCacheLocator
 from numba.core.codegen import (
     CodeLibrary,
@@ -267,12 +267,17 @@ class _Cache(FunctionCache):
         self._cache_file = KernelFiles(*names_of(self), _RELEASES)
 
     def _index_key(self, sig: Any, codegen: Any) -> tuple[Any, ...]:
-        return *super()._index_key(sig, codegen), digest_of(self._py_func)
+        return *super()._index_key(sig, codegen), digest_of(self._py_func), _checks()
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep what was compiled, if there is room."""
         with suppress(OSError):
             super().save_overload(sig, data)
+
+
+def _checks() -> Any:
+    """Whether each index is checked: numba asks the environment, whatever the options say."""
+    return getattr(config, 'BOUNDSCHECK', None)
 
 
 @cache
@@ -313,7 +318,7 @@ class _Called(CPUDispatcher):
     def _place(self, args: Any) -> tuple[str, str]:
         """Give the name of the file of a piece, and its key."""
         source = f'{self.py_func.__module__.rpartition(".")[2]}.{self.py_func.__qualname__}'
-        told = f'{_RELEASES} python {sys.version} {self.targetoptions} {args}'
+        told = f'{_RELEASES} python {sys.version} {self.targetoptions} {_checks()} {args}'
         return source[:_LONGEST], f'piece {source} {digest_of(self.py_func)} {told}'
 
     def _kept(self, args: Any) -> Any:
