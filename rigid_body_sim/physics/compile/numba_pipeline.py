@@ -74,7 +74,7 @@ that kernels do not need. Of it, `simplify` takes 2 s and gives back 1.7; withou
 `stack` takes 2 % longer.
 
 Calls, parts and ranges came last: of the text of `stack` (685 functions, 299,000 lines) half is
-left, its cold compile takes 25.4 s in place of 36.5 s on cores busier still, a tick of it 0.95 of
+left, its first start takes 27.7 s in place of 35.4 s on a quiet machine, a tick of it 0.95 of
 before, of a pile 0.99. LLVM makes vectors of a loop that calls only if a tuple comes back by way
 of memory, and if it finds the count of a range whose end is a multiple of its step: each of the
 two, left out, made a pile 1.4 times as slow.
