@@ -34,7 +34,7 @@ from rigid_body_sim.physics.model.rotation import IDENTITY
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.model.tick_length import tick_nanoseconds
 from rigid_body_sim.physics.state.layout import Layout
-from rigid_body_sim.physics.state.snapshot import StateReader
+from rigid_body_sim.physics.state.snapshot import State, StateReader
 from rigid_body_sim.runs.simulation_of_scene import simulation_of
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.scene.shipped_scenes import find_scene
@@ -106,7 +106,9 @@ def _integrators(scene: Scene, *, dt: float) -> list[dict[str, Any]]:
     damping : what its steps take from a swing, as `NumericalDamping`; None: nothing worth a word
     """
     found = integrators_of(scene, dt=dt)
-    damping = {facts.name: _damping(scene, facts, dt) for facts in found}
+    layout = Layout(scene)
+    begin = StateReader(layout).read(layout.translation(), layout.rotation(), 0.0)
+    damping = {facts.name: _damping(scene, facts, dt, layout, begin) for facts in found}
     able = [f for f in found if not (f.refused or f.beyond or f.is_reference)]
     keeping = [f for f in able if damping[f.name] is None]
     good = [f for f in keeping if f.recommended] or keeping or [f for f in able if f.recommended]
@@ -117,15 +119,15 @@ def _integrators(scene: Scene, *, dt: float) -> list[dict[str, Any]]:
     ]
 
 
-def _damping(scene: Scene, facts: IntegratorFacts, dt: float) -> NumericalDamping | None:
+def _damping(
+    scene: Scene, facts: IntegratorFacts, dt: float, layout: Layout, begin: State
+) -> NumericalDamping | None:
     """Find what the steps of a method that may be taken take from an oscillation."""
     if facts.refused or facts.beyond or facts.is_reference:
         return None
     given = scene.integrator_options if facts.name == scene.integrator else {}
-    layout = Layout(scene)
-    state = StateReader(layout).read(layout.translation(), layout.rotation(), 0.0)
     integrator = INTEGRATORS[facts.name].configured(given)
-    return StabilityWatch(scene, layout, integrator, dt).damping(state)
+    return StabilityWatch(scene, layout, integrator, dt).damping(begin)
 
 
 def _as_numbers(damping: NumericalDamping) -> dict[str, Any]:

@@ -10,6 +10,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from types import FunctionType
 from typing import NamedTuple
 
 import numpy as np
@@ -28,6 +29,14 @@ pytestmark = pytest.mark.skipif(
 LENGTH = 7
 place = st.integers(0, LENGTH + 3)
 STRIDE = 3
+
+
+def as_python(kernel):
+    """The source of a kernel as Python runs it, with that of what it calls."""
+    source = kernels.plain(kernel)
+    called = {name: as_python(value) for name, value in source.__globals__.items()
+              if name in source.__code__.co_names and hasattr(value, 'py_func')}  # fmt: skip
+    return FunctionType(source.__code__, source.__globals__ | called)
 
 
 class Pair(NamedTuple):
@@ -54,7 +63,7 @@ def _parts(begin, end, numbers, out):
 @given(place, place)
 def test_a_part_of_an_array_is_what_lies_between_two_indices(begin, end):
     found = []
-    for run in (_parts, kernels.plain(_parts)):
+    for run in (_parts, as_python(_parts)):
         out = np.zeros(50)
         run(begin, end, np.arange(1.0, LENGTH + 1.0), out)
         found.append(out)
@@ -90,7 +99,7 @@ def _ranges(start, stop, step, out):
 @given(st.integers(-6, 6), st.integers(-6, 6), st.integers(-4, 4).filter(bool))
 def test_a_range_is_that_of_python(start, stop, step):
     found = []
-    for run in (_ranges, kernels.plain(_ranges)):
+    for run in (_ranges, as_python(_ranges)):
         out = np.zeros(200)
         found.append((run(start, stop, step, out), out.tolist()))
     assert found[0] == found[1]
@@ -120,7 +129,7 @@ def _hand_on(axis, numbers, counts, out):
 @pytest.mark.parametrize('axis', range(3))
 def test_tuples_with_their_arrays_are_handed_on_and_returned(axis):
     found = []
-    for run in (_hand_on, kernels.plain(_hand_on)):
+    for run in (_hand_on, as_python(_hand_on)):
         numbers, counts, out = np.zeros(2), np.zeros(3, dtype=np.int64), np.zeros(4)
         run(axis, numbers, counts, out)
         found.append((numbers.tolist(), counts.tolist(), out.tolist()))
@@ -161,10 +170,11 @@ def member(numbers, place):
     return numbers[place]
 
 @kernels.kernel
-def run(numbers, place):
-    return member(numbers, place) + member(numbers[1:], place)
+def run(numbers, place, axis):
+    of_tuple = member((0.0, 0.0, 0.0), axis)
+    return member(numbers, place) + member(numbers[1:], place) + of_tuple
 
-print(run(np.arange(5.0), int(sys.argv[1])))
+print(run(np.arange(5.0), *map(int, sys.argv[1:])))
 """
 
 
@@ -173,10 +183,10 @@ def test_who_wants_indices_checked_gets_no_piece_that_was_kept_without(tmp_path)
     program = tmp_path / 'far.py'
     program.write_text(FAR)
 
-    def run(place, **environment):
+    def run(place, axis='0', **environment):
         own = {'RIGID_BODY_SIM_CACHE': str(tmp_path), 'PYTHONPATH': str(ROOT)}
         return subprocess.run(
-            [sys.executable, str(program), place], env=os.environ | own | environment,
+            [sys.executable, str(program), place, axis], env=os.environ | own | environment,
             check=False, capture_output=True, text=True, timeout=HANGING,
         )  # fmt: skip
 
@@ -184,6 +194,7 @@ def test_who_wants_indices_checked_gets_no_piece_that_was_kept_without(tmp_path)
     assert run('2', NUMBA_OPT='3').stdout == '5.0\n'  # any setting of numba's: by way of it
     checked = run('4', NUMBA_BOUNDSCHECK='1')
     assert 'IndexError' in checked.stderr
+    assert 'IndexError' in run('2', '3', NUMBA_BOUNDSCHECK='1').stderr
     assert run('2', NUMBA_BOUNDSCHECK='1').stdout == '5.0\n'
     for unchecked in ({}, {'NUMBA_OPT': '3'}):
         assert run('4', **unchecked).returncode == 0  # a number beside the array

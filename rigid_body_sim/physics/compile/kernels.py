@@ -5,8 +5,8 @@ How a plain Python function becomes a kernel: compiled by numba where it is pres
 it is not.
 
 A kernel takes scalars and one-dimensional float64 arrays, writes into them, never raises and never
-prints. The same source runs both ways and gives the same bits: numba is used without fastmath, so
-no operation is reordered or fused.
+prints; compiled, a range that steps by zero ends the process. The same source runs both ways and
+gives the same bits: numba is used without fastmath, so no operation is reordered or fused.
 
 `specialise` makes a kernel for one scene out of a general one: it binds the slots that the general
 source leaves open (the drift of an integrator, the force elements of a scene), so that what a

@@ -270,7 +270,8 @@ class LowerKernel(Lower):
 
     def lower_getitem(self, resty: Any, expr: Any, value: Any, index: Any, signature: Any) -> Any:
         kind, of = self.typeof(value.name), self._kind_of(index)
-        if isinstance(of, types.Integer) and _is_row(kind):
+        checks = self.context.enable_boundscheck
+        if isinstance(of, types.Integer) and _is_row(kind) and not checks:
             place = self.context.cast(self.builder, self.loadvar(index.name), of, types.intp)
             member = self._member(self.loadvar(value.name), kind.count, place)
             return self.context.cast(self.builder, member, kind.dtype, resty)

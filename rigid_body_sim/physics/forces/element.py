@@ -87,10 +87,13 @@ def pushed(places: Places, body: str, point: Vector | None = None) -> Place:
     return place
 
 
-def ends_meet(of: str, a: str, b: str, point: NDArray[np.float64]) -> str:
-    """Say that the ends of a spring or bumper are at one point [m]."""
+def ends_meet(of: Any, state: BodyState) -> str | None:
+    """Say that the ends of a spring or bumper are at one point [m]; None: they are not."""
+    point = state.point(of.a, of.a_point)
+    if (point != state.point(of.b, of.b_point)).any():
+        return None
     return (
-        f'the ends of the {of} between {a!r} and {b!r} are both at '
+        f'the ends of the {of.TYPE} between {of.a!r} and {of.b!r} are both at '
         f'({", ".join(f"{x:g}" for x in point)}) m, where it has no direction and does not push; '
         'put one a little aside'
     )
