@@ -427,7 +427,7 @@ def test_bytes_that_are_no_image_are_refused(content):
 @pytest.mark.parametrize('content', [b'', b'MZ' + bytes(98), b'\x7fELF\x02\x01' + bytes(94)])
 def test_what_is_no_object_file_of_this_machine_is_refused(content):
     with pytest.raises(UnknownCode):
-        flatten(content, 'entry')
+        flatten([content], 'entry')
 
 
 def test_an_image_without_its_c_function_is_not_loaded():

@@ -38,7 +38,7 @@ import numpy as np
 
 from rigid_body_sim.physics.compile.elf import FlatCode
 
-FORMAT = 3
+FORMAT = 4
 RETURNS = ('float64', 'int64', 'bool', 'none')
 BEGIN, END = '(', ')'  # of a group of arguments
 READ, WRITE = 0x101, 0x400  # flags of an array: contiguous and aligned; writeable

@@ -9,6 +9,8 @@ From bitcode to an image for this processor, by llvmlite alone.
     image   : that bitcode, optimised for a processor, and an entry that Python can call without
               numba (`image`)
 
+What is closed is divided, and its partitions are compiled side by side (`partitions`).
+
 LLVM drops the arguments that are not used, of each array five words out of seven. Left alone it
 would then make one function of all that is called once, and lose sight of what is in registers; so
 what is long stays a function (LONG).
@@ -33,14 +35,16 @@ import os
 import struct
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cache
-from itertools import islice
+from functools import partial
+from itertools import accumulate, islice, pairwise
 from typing import Any
 
 import llvmlite.binding as ll
 
 from rigid_body_sim.physics.compile.elf import FlatCode, UnknownCode, flatten
 from rigid_body_sim.physics.compile.image import READ, WRITE, objects
+from rigid_body_sim.physics.compile.partitions import compiled, divided, read, run_passes
+from rigid_body_sim.physics.compile.side_by_side import SideBySide
 
 LONG = 150  # [instructions] of a function that keeps its own registers; see `numba_pipeline`
 _ENTRY = 'rigid_body_sim_entry'
@@ -126,7 +130,7 @@ class Bitcode:
     """
     A kernel on its way from numba to an image.
 
-    content : linked, simplified bitcode
+    partitions : linked, simplified bitcode; one, until it is closed
     symbol  : name of the function in it
     kinds   : of the arguments, see `image.kind_of`
     returns : of `image.RETURNS`
@@ -135,7 +139,7 @@ class Bitcode:
     is_closed : whether `closed` has made it
     """
 
-    content: bytes
+    partitions: tuple[bytes, ...]
     symbol: str
     kinds: tuple[str, ...]
     returns: str
@@ -150,9 +154,10 @@ class Bitcode:
             'returns': self.returns,
             'widest': self.widest,
             'is_closed': self.is_closed,
+            'sizes': [len(partition) for partition in self.partitions],
         }
         text = json.dumps(head, sort_keys=True).encode()
-        return _HEAD.pack(len(text)) + text + self.content
+        return b''.join((_HEAD.pack(len(text)), text, *self.partitions))
 
     @staticmethod
     def unpacked(content: bytes) -> Bitcode:
@@ -162,7 +167,11 @@ class Bitcode:
             head = json.loads(content[_HEAD.size : begin])
             kinds = tuple(head['kinds'])
             told = (head[name] for name in ('returns', 'widest', 'is_closed'))
-            return Bitcode(content[begin:], head['symbol'], kinds, *told)
+            ends = tuple(accumulate(head['sizes'], initial=begin))
+            if ends[-1] != len(content):
+                raise ValueError(f'no bitcode: {len(content)} bytes, not {ends[-1]}')
+            partitions = tuple(content[i:j] for i, j in pairwise(ends))
+            return Bitcode(partitions, head['symbol'], kinds, *told)
         except (struct.error, KeyError, TypeError) as error:
             raise ValueError(f'no bitcode: {error!r}') from error
 
@@ -174,33 +183,45 @@ def make(bitcode: Bitcode, *, level: str | None = None) -> FlatCode:
     UnknownCode if it holds what images cannot do; RuntimeError if it is no bitcode that this
     release of LLVM reads.
     """
-    machine = _machine(bitcode.widest) if level is None else machine_for(level, _WIDEST)
-    module = ll.parse_bitcode(bitcode.content)
-    module.link_in(ll.parse_assembly(_entry(bitcode, module)))
-    if bitcode.is_closed:
-        module.get_function(bitcode.symbol).linkage = 'internal'
-        _run_on_whole(module, machine, speed_level=1, loops=True, unrolls=bitcode.widest)
-    else:
-        _link_helpers(module)
-        _close(module, machine, bitcode.symbol, _ENTRY)
-        _run_on_whole(module, machine, speed_level=3, loops=True, unrolls=bitcode.widest)
-    module.verify()
-    return flatten(machine.emit_object(module), _ENTRY)
+    if not bitcode.is_closed:
+        bitcode = closed(bitcode)
+    told = _processor(bitcode.widest) if level is None else (level, _WIDEST)
+    optimise = partial(_run_on_whole, speed_level=1, loops=True, unrolls=bitcode.widest)
+    found = (read(_entry(bitcode)), *bitcode.partitions)
+
+    def compile_one(number: int) -> tuple[int, bytes]:
+        return number, compiled(found[number], machine_for(*told), optimise)
+
+    calls = [partial(compile_one, number) for number in range(len(found))]
+    objects = dict(SideBySide().call(calls, ()))
+    return flatten([objects[number] for number in range(len(found))], _ENTRY)
 
 
 def closed(bitcode: Bitcode) -> Bitcode:
     """
     Optimise a kernel as one closed whole, as far as no processor has to be known: all but loops.
+    Then it is divided, see `partitions`.
 
     It takes two thirds of the room then, and its image three fifths of the time (`stack`, 1.0 MB
     and 3.1 s before); the image is as fast.
     """
     machine = machine_for('x86-64', '')
-    module = ll.parse_bitcode(bitcode.content)
+    module = ll.parse_bitcode(bitcode.partitions[0])
+    _want_arguments(bitcode, module)
     _link_helpers(module)
-    _close(module, machine, bitcode.symbol, bitcode.symbol)
+    _close(module, machine, bitcode.symbol)
     _run_on_whole(module, machine, speed_level=3, loops=False, unrolls=False)
-    return replace(bitcode, content=module.as_bitcode(), is_closed=True)
+    texts = divided(str(module))
+    return replace(bitcode, partitions=tuple(map(read, texts)), is_closed=True)
+
+
+def _want_arguments(bitcode: Bitcode, module: Any) -> None:
+    """UnknownCode if a kernel takes its arguments in another way than `_entry` hands them over."""
+    wanted = ', '.join(_Writer(bitcode).parameters)
+    function = module.get_function(bitcode.symbol)
+    found = ', '.join(str(argument.type) for argument in function.arguments)
+    if found != wanted:
+        raise UnknownCode(f'{bitcode.symbol} takes {found}, not {wanted}')
 
 
 def _link_helpers(module: Any) -> None:
@@ -210,26 +231,21 @@ def _link_helpers(module: Any) -> None:
         module.link_in(ll.parse_assembly(_HELPERS[name]))
 
 
-def _entry(bitcode: Bitcode, module: Any) -> str:
+def _entry(bitcode: Bitcode) -> str:
     """Write the builtin function of Python that calls the kernel, as LLVM does."""
     writer = _Writer(bitcode)
     wanted = ', '.join(writer.parameters)
-    function = module.get_function(bitcode.symbol)
-    found = ', '.join(str(argument.type) for argument in function.arguments)
-    if found != wanted:
-        raise UnknownCode(f'{bitcode.symbol} takes {found}, not {wanted}')
     for i, kind in enumerate(bitcode.kinds):
         writer.look_at(i, kind)
     kept, given = _RESULTS[bitcode.returns]
     known = '\n'.join(f'@{name} = external global i8' for name in objects())
     checks, takes = '\n'.join(writer.checks), '\n'.join(writer.takes)
     return f"""
-target triple = "{module.triple}"
-target datalayout = "{module.data_layout}"
+target triple = "{ll.get_process_triple()}"
 {known}
 {_PYTHON}
 declare void @llvm.memcpy.p0.p0.i64(ptr, ptr, i64, i1)
-declare i32 @"{bitcode.symbol}"({wanted})
+declare hidden i32 @"{bitcode.symbol}"({wanted})
 define ptr @{_ENTRY}(ptr %self, ptr %first, i64 %count) {{
   %result = alloca i64
   %error = alloca ptr
@@ -391,20 +407,19 @@ class _Writer:
         ]
 
 
-def _machine(widest: bool) -> Any:
+def _processor(widest: bool) -> tuple[str, str]:
     """
-    Give what makes machine code for this processor, or for the one that numba was told
-    (NUMBA_CPU_NAME, NUMBA_CPU_FEATURES).
+    Name this processor and its features, or the one that numba was told (NUMBA_CPU_NAME,
+    NUMBA_CPU_FEATURES).
     """
     name = os.environ.get('NUMBA_CPU_NAME') or ll.get_host_cpu_name()
     features = os.environ.get('NUMBA_CPU_FEATURES')
     if features is None:
         features = ll.get_host_cpu_features().flatten()
     widest = widest or _WIDE_UNITS in features.split(',')
-    return machine_for(name, ','.join(filter(None, (features, _WIDEST if widest else ''))))
+    return name, ','.join(filter(None, (features, _WIDEST if widest else '')))
 
 
-@cache
 def machine_for(processor: str, features: str) -> Any:
     """Give what makes machine code that may lie anywhere; arguments as LLVM knows them."""
     ll.initialize_native_target()
@@ -432,14 +447,14 @@ def simplify(module: Any) -> None:
             passes.run(function, builder)
 
 
-def _close(module: Any, machine: Any, symbol: str, entry: str) -> None:
+def _close(module: Any, machine: Any, symbol: str) -> None:
     """
-    Optimise little at first, as numba does, mark what is long, and let nobody but the entry be
+    Optimise little at first, as numba does, mark what is long, and let nothing but the kernel be
     called from outside.
     """
     for function in module.functions:
         if not function.is_declaration:
-            function.linkage = 'external' if function.name == entry else 'linkonce_odr'
+            function.linkage = 'external' if function.name == symbol else 'linkonce_odr'
     options = ll.create_pipeline_tuning_options(speed_level=0)
     options.loop_vectorization = options.slp_vectorization = False
     builder = ll.create_pass_builder(machine, options)
@@ -449,9 +464,9 @@ def _close(module: Any, machine: Any, symbol: str, entry: str) -> None:
     passes.add_jump_threading_pass()
     passes.run(module, builder)
     for function in module.functions:
-        if function.is_declaration or (function.name == entry and entry != symbol):
+        if function.is_declaration:
             continue
-        if function.name != entry:
+        if function.name != symbol:
             function.linkage = 'internal'
         if function.name == symbol or is_long(function):
             function.add_function_attribute('noinline')
@@ -465,7 +480,7 @@ def _run_on_whole(
     options.loop_vectorization, options.slp_vectorization = loops, False
     options.loop_unrolling = unrolls
     builder = ll.create_pass_builder(machine, options)
-    builder.getModulePassManager().run(module, builder)
+    run_passes(builder.getModulePassManager(), module, builder)
 
 
 def is_long(function: Any) -> bool:

@@ -242,7 +242,7 @@ def _linked(function: Callable[..., Any], arguments: Sequence[Any], kinds: tuple
     if made.library._reload_init or pieces.hold_addresses(variables):
         raise UnknownCode(f'{function.__name__} holds what only this process has')
     simplify(whole)
-    return Bitcode(whole.as_bitcode(), made.fndesc.llvm_func_name, of_members(kinds), returns)
+    return Bitcode((whole.as_bitcode(),), made.fndesc.llvm_func_name, of_members(kinds), returns)
 
 
 class _Locator(UserProvidedCacheLocator):
