@@ -245,6 +245,32 @@ def test_a_force_on_one_body_changes_no_bit_of_what_is_not_connected(draws, forc
     assert np.array_equal(without, beside)
 
 
+@pytest.mark.parametrize('seed', range(4))
+def test_contacts_of_a_tick_that_a_table_cuts_have_all_impacts_of_it(seed, plain_source):
+    """Of balls that hit the ground in pieces of one tick, some of them driven by the table."""
+    rng = np.random.default_rng(seed)
+    speeds, gaps = rng.uniform(1.0, 3.0, 4), rng.uniform(0.0, 2.0 * DT, 4)
+    balls = [
+        ball(f'ball{i}', (3.0 * i, 0.0, 0.1 + speeds[i] * gaps[i]), (0.0, 0.0, -speeds[i]), e=0.4)
+        for i in range(4)
+    ]
+    cut = rng.uniform(0.0, DT)  # [s] of each of two ticks; how long the table acts is nothing
+    table = [[cut, 0, 0, 0], [cut + DT, 0, 0, 1e-9], [1.0, 0, 0, 1e-9]]
+    driven = rng.choice(4, seed % 3, replace=False)
+    forces = [{'type': 'time', 'body': f'ball{i}', 'table': table} for i in (0, *driven)]
+    sim = Simulation(load_scene({**scene(*balls), 'forces': forces}))
+    names = [names_of(sim).index(f'ball{i}') for i in range(4)]
+    struck = 0
+    for _ in range(3):
+        before = sim.state.velocity[names]
+        sim.step()
+        change = sim.state.velocity[names] - before + [0.0, 0.0, GRAVITY * DT]
+        force = np.array([sim.contact_wrench(f'ball{i}')[0] for i in range(4)])
+        assert force * DT == pytest.approx(change, abs=1e-11)  # 4e-12 N s of the table
+        struck += np.count_nonzero(force[:, 2])
+    assert struck >= 4
+
+
 def chattering(rng, name, position):
     """A disc that slides and spins on its face, a little above the ground: it chatters to rest."""
     disc = flat(rng, name, position)

@@ -592,10 +592,7 @@ class ContactWorld:
                     return self._advance_whole(call, tick, h)
             return status
 
-        mark = len(self.impacts)
-        status = self._advance_islands(islands, h, motion, advance)
-        self.impacts[mark:] = cuts.in_order(self.impacts[mark:])
-        return status
+        return self._advance_islands(islands, h, motion, advance)
 
     def _advance_whole(
         self, call: Call, tick: float, h: float, *, fine: bool = True
@@ -741,10 +738,7 @@ class ContactWorld:
                 return self._advance_whole(call, tick, h)
             return self._advance_in_pieces(call, tick, h, pieces)
 
-        mark = len(self.impacts)
-        status = self._advance_islands(islands, h, motion, advance)
-        self.impacts[mark:] = cuts.in_order(self.impacts[mark:])
-        return status
+        return self._advance_islands(islands, h, motion, advance)
 
     def _advance_in_pieces(self, call: Call, tick: float, h: float, pieces: int) -> float:
         """Advance over one tick in equal pieces; return the status."""
@@ -789,8 +783,18 @@ class ContactWorld:
     ) -> float:  # fmt: skip
         """
         Advance over a tick, each island in its own manner: see `islands.manners`. Where islands
-        may sleep, all go in the finest one.
+        may sleep, all go in the finest one. The impacts of the tick are one list then.
         """
+        mark = len(self.impacts)
+        status = self._advance_manners(islands, h, motion, advance)
+        self.impacts[mark:] = cuts.in_order(self.impacts[mark:])
+        return status
+
+    def _advance_manners(
+        self, islands: Islands, h: float, motion: tuple[Any, Any],
+        advance: Callable[[int], float | None],
+    ) -> float:  # fmt: skip
+        """Do what `_advance_islands` does, but for the list."""
         arrays = self.arrays
         wanted = islands.wanted
         if self._sleepers is not None or wanted.min() == wanted.max():
