@@ -360,7 +360,7 @@ def share_kernels(patch):
 
     def tick_kernel(name, **bindings):
         sleeps = bindings['SLEEPING'] or not bindings['EVENTS']
-        rules = {'IGNORES': True, 'PAIR_MATERIALS': True, 'SLEEPING': sleeps}
+        rules = {'IGNORES': True, 'SLEEPING': sleeps}
         if bindings['COUPLED'] and not bindings['EVENTS']:
             rules |= {'VELOCITY_DEPENDENT': True, 'DRIVES': True, 'FLOWS': True}
         return compiled(name, **{**bindings, **rules})

@@ -18,7 +18,7 @@ ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / 'docs' / 'glossary.md'
 PHYSICS = ROOT / 'rigid_body_sim' / 'physics'
 HEADING = '## Records\n'
-SHOWN = ('contact', 'state')  # rooms
+SHOWN = ('contact', 'state', 'model/material')  # rooms, and a module
 
 
 def records() -> Iterator[str]:

@@ -29,6 +29,7 @@ from rigid_body_sim.physics.model.finite_energy import (
 )
 from rigid_body_sim.physics.model.inertia_over_time import check_inertia_over_time
 from rigid_body_sim.physics.model.inertia_tensor import check_inertia
+from rigid_body_sim.physics.model.material import MATERIAL, Material
 from rigid_body_sim.physics.model.named_frames import check_frame_names
 from rigid_body_sim.physics.model.numbers import number, numbers, shown
 from rigid_body_sim.physics.model.pivot import check_pivot
@@ -40,7 +41,6 @@ from rigid_body_sim.physics.model.scene import (
     Frame,
     InertiaOverTime,
     MassFlow,
-    Material,
     Motion,
     Pivot,
     Scene,
@@ -55,12 +55,6 @@ LONGEST_NAME = 100  # [-] letters: with namespace and leaf a topic has at most 2
 LONGEST_TITLE = 200  # [-] letters of the name of a scene
 UNIT = 1e-9  # [-] how near to one the length of an attitude in a record must be
 MOTION = {'position': 'm', 'velocity': 'm/s', 'angular_velocity': 'rad/s'}  # field: unit
-MATERIAL = {
-    'restitution': '-',
-    'friction': '-',
-    'rolling_friction': 'm',
-    'torsional_friction': 'm',
-}
 
 
 def check_scene(scene: Scene) -> None:
@@ -374,10 +368,10 @@ def _check_energies(body: Body) -> None:
 
 def _check_material(material: Any) -> None:
     need(material, Material, 'a Material')
-    for field, unit in MATERIAL.items():
+    for field, known in MATERIAL.items():
         with blaming(field):
-            most = 1.0 if field == 'restitution' else None
-            number(getattr(material, field), unit=unit, minimum=0.0, maximum=most)
+            given = getattr(material, field)
+            number(given, unit=known.unit, minimum=known.least, maximum=known.most)
 
 
 def _check_flow(body: Body, flow: Any) -> None:

@@ -50,7 +50,7 @@ from rigid_body_sim.physics.model.shapes import (
     Union,
 )
 from rigid_body_sim.physics.model.variable_mass import check_flow
-from rigid_body_sim.physics.validation import MATERIAL, check_name
+from rigid_body_sim.physics.validation import check_name
 from rigid_body_sim.scene.densities import read_density
 from rigid_body_sim.scene.files import Files
 from rigid_body_sim.scene.grammar import (
@@ -64,6 +64,7 @@ from rigid_body_sim.scene.grammar import (
     SPINS,
 )
 from rigid_body_sim.scene.inertia_over_time import read_inertia_over_time
+from rigid_body_sim.scene.material import read_material
 from rigid_body_sim.scene.motions import read_motion
 from rigid_body_sim.scene.pivots import with_pivot
 from rigid_body_sim.scene.repeat import repeated
@@ -87,7 +88,12 @@ def read_bodies(value: Value, files: Files) -> tuple[Body, ...]:
     told = value.find('motion')
     held = body.fixed and told is None
     motion = _motion(initial, is_particle=isinstance(body.shape, Particle), fixed=held)
-    body = _changed(body, initial=motion, material=_material(value), mass_flow=_mass_flow(value))
+    body = _changed(
+        body,
+        initial=motion,
+        material=Material(**read_material(value)),
+        mass_flow=_mass_flow(value),
+    )
     if body.mass_flow is not None:
         with (value.find('final_mass') or value.find('mass_rate') or value).blamed():
             check_flow(body)
@@ -364,19 +370,6 @@ def _angular_velocity(value: Value, orientation: Quaternion) -> Vector:
         raise in_body.error('angular_velocity is given too; keep one of the two')
     x, y, z = rotation.rotate(orientation, in_body.vector(unit='rad/s'))
     return float(x), float(y), float(z)
-
-
-def _material(value: Value) -> Material:
-    given = {key: value.find(key) for key in MATERIAL}
-    return Material(
-        **{
-            key: item.number(
-                unit=MATERIAL[key], minimum=0.0, maximum=1.0 if key == 'restitution' else None
-            )
-            for key, item in given.items()
-            if item is not None
-        }
-    )
 
 
 def _mass_flow(value: Value) -> MassFlow | None:

@@ -25,7 +25,8 @@ from collections.abc import Collection, Mapping
 from types import MappingProxyType
 from typing import Any
 
-from rigid_body_sim.physics.validation import MATERIAL
+from rigid_body_sim.physics.model.material import MATERIAL
+from rigid_body_sim.scene.material import read_material
 from rigid_body_sim.scene.values import Value
 
 MODES = ('none', 'timestep', 'event')
@@ -87,12 +88,7 @@ def _pairs(value: Value, copies: Mapping[str, Collection[str]]) -> tuple[dict[st
         entry.need_mapping('a mapping such as {bodies: [a, b], friction: 0.1}')
         entry.need_known(('bodies', *MATERIAL))
         pair: dict[str, Any] = {'bodies': _members(entry.at('bodies', what='two bodies'), copies)}
-        for key, unit in MATERIAL.items():
-            given = entry.find(key)
-            if given is not None:
-                most = 1.0 if key == 'restitution' else None
-                pair[key] = given.number(unit=unit, minimum=0.0, maximum=most)
-        pairs.append(pair)
+        pairs.append(pair | read_material(entry))
     return tuple(pairs)
 
 

@@ -20,10 +20,11 @@ from typing import Any
 
 from rigid_body_sim.physics.model.density_laws import ALONG
 from rigid_body_sim.physics.model.inertia_over_time import INTERPOLATIONS
+from rigid_body_sim.physics.model.material import MATERIAL, USUAL
 from rigid_body_sim.physics.model.prescribed_motion import LONG_ROW, SHORT_ROW, UNITS, WAYS
-from rigid_body_sim.physics.model.scene import Material, Scene
+from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.model.tick_length import LONGEST_NS
-from rigid_body_sim.physics.validation import LONGEST_NAME, LONGEST_TITLE, MATERIAL, RESERVED
+from rigid_body_sim.physics.validation import LONGEST_NAME, LONGEST_TITLE, RESERVED
 from rigid_body_sim.scene.convex_parts import CONCAVITY, LEAST, MOST
 
 
@@ -406,17 +407,11 @@ BODY = Mappings(
         ),
         **{
             key: Key(
-                Number(MATERIAL[key], minimum=0.0, maximum=1.0 if key == 'restitution' else None),
-                meaning,
-                default=getattr(Material(), key),
+                Number(known.unit, minimum=known.least, maximum=known.most),
+                f'{known.meaning}; of two bodies {known.of_two.said} counts',
+                default=getattr(USUAL, key),
             )
-            for key, meaning in {
-                'restitution': 'share of the speed that an impact leaves; of two bodies the '
-                'larger counts',
-                'friction': 'Coulomb friction; of two bodies the geometric mean counts',
-                'rolling_friction': 'arm of the resistance to rolling; the larger counts',
-                'torsional_friction': 'arm of the resistance to spinning; the larger counts',
-            }.items()
+            for key, known in MATERIAL.items()
         },
         'urdf': Key(Text('path of a URDF file'), 'says shape and mass properties in their place'),
         'repeat': Key(Part('repeat'), 'makes copies on a grid', otherwise='one body'),

@@ -22,8 +22,9 @@ import numpy as np
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.errors import InvalidModel, path_text
 from rigid_body_sim.physics.model import shapes
+from rigid_body_sim.physics.model.material import MATERIAL
 from rigid_body_sim.physics.model.scene import Body, Scene
-from rigid_body_sim.physics.validation import MATERIAL, check_record
+from rigid_body_sim.physics.validation import check_record
 from rigid_body_sim.scene import document
 from rigid_body_sim.scene.experiment import load_scene
 

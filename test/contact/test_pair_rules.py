@@ -4,9 +4,13 @@
 Pairs of bodies that do not meet, and pairs with friction and restitution of their own.
 """
 
+import math
+
+import numpy as np
 import pytest
 
 from rigid_body_sim.errors import UserError
+from rigid_body_sim.physics.model.material import MATERIAL, material_of_pair
 from rigid_body_sim.runs.simulation_of_scene import simulation_of
 from rigid_body_sim.scene import load_scene
 
@@ -133,3 +137,19 @@ def test_rule_that_repeats_the_materials_changes_no_bit():
     for each in (simulation, other):
         each.step(100)
     assert simulation.state_bytes() == other.state_bytes()
+
+
+def test_a_pair_has_what_it_is_given_else_the_larger_or_the_geometric_mean():
+    columns = tuple(MATERIAL)
+    assert columns == ('restitution', 'friction', 'rolling_friction', 'torsional_friction')
+    of_colliders = np.array([[0.2, 0.4, 0.0, 3e-3], [0.5, 0.9, 1e-3, 2e-3], [0.0, 0.1, 0.0, 0.0]])
+    both = (0.5, math.sqrt(0.4 * 0.9), 1e-3, 3e-3)
+    nan = math.nan
+    of_pairs = np.array([[nan, 0.7, nan, nan, 1 * 3 + 0], [0.9, nan, 4e-3, 0.0, 2 * 3 + 1]])
+    for a, b in ((0, 1), (1, 0)):  # whoever is A
+        pair = a, b, of_colliders.ravel()
+        assert material_of_pair(*pair, np.zeros(0)) == both
+        assert material_of_pair(*pair, of_pairs.ravel()) == (both[0], 0.7, *both[2:])
+        assert material_of_pair(*pair, of_pairs[1:].ravel()) == both
+    of_last = material_of_pair(2, 1, of_colliders.ravel(), of_pairs.ravel())
+    assert of_last == (0.9, math.sqrt(0.1 * 0.9), 4e-3, 0.0)

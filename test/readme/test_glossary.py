@@ -45,3 +45,19 @@ def test_every_file_that_the_contact_page_names_is_there():
     named = set(re.findall(r'`(?:(?:collision|solver|energy|islands)/)?([a-z_]+)`', page))
     modules = {path.stem for path in PHYSICS.rglob('*.py')}
     assert named - modules <= {'sleeping', 'true'}
+
+
+def test_the_contact_page_names_all_who_read_the_coefficient_of_friction():
+    page = (ROOT / 'docs' / 'contact.md').read_text(encoding='utf-8')
+    rows = [line for line in page.splitlines() if line.startswith('| `')]
+    named = {name for row in rows for name in re.findall(r'`([a-z]+/[a-z_]+)`', row)}
+    contact = PHYSICS / 'contact'
+    reads = re.compile(r'\b(constraint|record)\.FRICTION\b|\bmaterial_of\(')
+    found = {
+        path.relative_to(contact).with_suffix('').as_posix()
+        for path in contact.rglob('*.py')
+        if reads.search(path.read_text(encoding='utf-8'))
+    }
+    assert len(found) > 10
+    assert found <= named
+    assert all((contact / f'{name}.py').is_file() for name in named)

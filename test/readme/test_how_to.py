@@ -19,12 +19,24 @@ BLOCK = re.compile(r'^```(\w*)\n(.*?)^```$', flags=re.DOTALL | re.MULTILINE)
 FILE = re.compile(r'`(rigid_body_sim/\S+\.py)`:\s*\Z')
 
 
+def changed(text, diff):
+    """
+    Change a text as a page says: parts between lines `@@`, each found in it once.
+    """
+    for part in diff.split('@@\n'):
+        lines = part.splitlines(keepends=True)
+        old = ''.join(line[1:] for line in lines if line[0] in ' -')
+        assert text.count(old) == 1, f'found {text.count(old)} times:\n{old}'
+        text = text.replace(old, ''.join(line[1:] for line in lines if line[0] in ' +'))
+    return text
+
+
 def build(page, folder):
     """
     Copy the package, add what the page writes, and give its checks.
 
-    A block whose paragraph ends with a path and a colon is that file; YAML is the scene; any other
-    block of Python is a check.
+    A block whose paragraph ends with a path and a colon is that file, or what changes in it; YAML
+    is the scene; any other block of Python is a check.
     """
     shutil.copytree(
         ROOT / 'rigid_body_sim',
@@ -37,7 +49,10 @@ def build(page, folder):
         language, source = block.groups()
         named = FILE.search(text, 0, block.start())
         if named:
-            (folder / named.group(1)).write_text(source, encoding='utf-8')
+            path = folder / named.group(1)
+            if language == 'diff':
+                source = changed(path.read_text(encoding='utf-8'), source)
+            path.write_text(source, encoding='utf-8')
         elif language == 'yaml':
             (folder / 'scene.yaml').write_text(source, encoding='utf-8')
         elif language == 'python':
@@ -63,7 +78,7 @@ def test_the_example_of_the_page_works_as_the_page_says(page, tmp_path):
 
 
 def test_there_is_a_page_for_each_family():
-    assert [page.stem for page in PAGES] == ['force', 'integrator', 'pair', 'problem']
+    assert [page.stem for page in PAGES] == ['force', 'friction', 'integrator', 'pair', 'problem']
 
 
 def test_the_pair_of_the_page_is_the_one_that_ships():

@@ -22,18 +22,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.errors import InvalidModel, blaming, choose_from
+from rigid_body_sim.physics.model.material import MATERIAL
 from rigid_body_sim.physics.model.numbers import number, shown
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 MOST = 5_000_000  # [-] pairs that rules may name; more would fill the memory
-MATERIAL = {
-    'restitution': ('-', 1.0),
-    'friction': ('-', None),
-    'rolling_friction': ('m', None),
-    'torsional_friction': ('m', None),
-}  # key of a pair: unit, largest value
 
 
 @dataclass(frozen=True)
@@ -43,8 +38,7 @@ class PairRules:
 
     ignored   : (n,) first * bodies + second, first < second, in rising order
     of_pairs  : the same of the pairs with a material, as the scene gives them
-    materials : (m, 4) columns as in MATERIAL and `collision.material_record`; NaN: as the
-                materials of the two give it
+    materials : (m, n) columns as in `model.material`; NaN: as the materials of the two give it
     """
 
     ignored: Indices
@@ -174,11 +168,11 @@ def _material(entry: Any) -> tuple[Any, list[float]]:
     if len(entry) == 1:
         raise InvalidModel(f'nothing is said of them; give one of {", ".join(MATERIAL)}')
     material = []
-    for key, (unit, most) in MATERIAL.items():
+    for key, known in MATERIAL.items():
         with blaming(key):
             given = entry.get(key)
             if given is not None:
-                number(given, unit=unit, minimum=0.0, maximum=most)
+                number(given, unit=known.unit, minimum=known.least, maximum=known.most)
             material.append(np.nan if given is None else float(given))
     return entry['bodies'], material
 

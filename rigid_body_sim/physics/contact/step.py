@@ -90,7 +90,6 @@ from rigid_body_sim.physics.contact.solver import (
     impulse_cache,
     lane_scratch,
     manifold_constraints,
-    pair_materials,
     pivots,
     surface_chain,
     variable_mass,
@@ -134,7 +133,6 @@ DRIVES = slot('[-] whether some bodies are moved as told, or have a belt')
 IGNORES = slot('[-] whether some pairs do not meet')
 HOLDS = slot('[-] whether points of some pairs depend on those of the last tick')
 RECYCLES = slot('[-] whether manifolds of some pairs follow their bodies')
-PAIR_MATERIALS = slot('[-] whether some pairs have a material of their own')
 drift_rotation = slot('kernel (block, lanes, kick, h, rotation, method): kicks L and turns q')
 evaluate = slot('kernel (place, time, translation, rotation, elements, ranges): adds wrenches')
 find_manifolds = slot('kernel (first, last, count, h, ...): the narrow phase of some pairs')
@@ -217,11 +215,11 @@ class World(NamedTuple):
 
     settings, counts : see `tick_settings`, `tick_counts`; counts[DONE] tells how many ticks were
                        done, counts[STATUS] why no more
-    materials        : see `collision.material_record`
+    materials        : see `model.material`
     bodies           : see `solver_bodies`
     touching, marks  : see `touching`
     flows            : bodies whose mass changes: see `solver.variable_mass`
-    pair_materials   : see `solver.pair_material_record`
+    pair_materials   : pairs with a material of their own, the same
     driven           : see `prescribed_bodies`
     overlap_limits, overlaps : see `collision.deep_overlaps`
     flights          : of bodies between impacts: see `events.flight`
@@ -645,11 +643,9 @@ def _prepare_group(
     softness = softness_of(now, settings)
     if is_renewed:
         manifold_constraints.prepare_materials(
-            softness, CURVED, colliders.table, colliders.local_bounds, materials, order,
+            softness, CURVED, colliders.table, colliders.local_bounds, materials, of_pairs, order,
             manifolds, rows, bodies,
         )  # fmt: skip
-        if PAIR_MATERIALS:
-            pair_materials.use_pair_materials(of_pairs, order, manifolds, rows)
     manifold_constraints.prepare_points(
         WIDTH, CURVED, order, motion.translation, colliders, manifolds, rows, bodies
     )

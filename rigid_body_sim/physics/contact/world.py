@@ -34,7 +34,6 @@ from rigid_body_sim.physics.contact.collision import (
     collider_record,
     deep_overlaps,
     manifold_record,
-    material_record,
 )
 from rigid_body_sim.physics.contact.collision.axis_of_symmetry import symmetry_features
 from rigid_body_sim.physics.contact.collision.collider import SPHERE, Colliders
@@ -73,6 +72,7 @@ from rigid_body_sim.physics.contact.world_arrays import WorldArrays
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.integration.integrator import Integrator
 from rigid_body_sim.physics.integration.schemes.splitting import Splitting
+from rigid_body_sim.physics.model import material
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.state.contacts import NO_CONTACTS, Contacts
 from rigid_body_sim.physics.state.impacts import Impacts
@@ -114,12 +114,12 @@ class ContactWorld:
         colliders = Colliders.of(scene, layout)
         self.warnings = convexity_warnings(scene) + small_body_warnings(scene, colliders)
         self._kinds = colliders.pairs()
-        materials = colliders.materials.reshape(-1, material_record.SIZE)
+        materials = colliders.materials.reshape(-1, material.SIZE)
         rules = pair_rules(scene.contact, layout.names)
         materials = np.concatenate((materials, rules.materials))  # in the same columns
-        resistances = materials[:, [material_record.ROLLING, material_record.TORSIONAL]]
+        resistances = materials[:, [material.ROLLING_FRICTION, material.TORSIONAL_FRICTION]]
         self._angular = bool(np.any(resistances > 0.0))
-        self._bounces = bool(np.any(materials[:, material_record.RESTITUTION] > 0.0))
+        self._bounces = bool(np.any(materials[:, material.RESTITUTION] > 0.0))
         self._width = (
             contact_point.SIZE_LONG if self._angular or self._bounces else contact_point.SIZE
         )
@@ -431,7 +431,6 @@ class ContactWorld:
             IGNORES=bool(self.arrays.ignored.size),
             HOLDS=self._holds,
             RECYCLES=self._recycles,
-            PAIR_MATERIALS=bool(self.arrays.pair_material_rows.size),
             drift_rotation=self._integrator.scheme.drift_rotation,
             evaluate=_nothing if evaluate is None else evaluate,
             **manifold_finder(pairs, holds=self._holds, recycles=self._recycles),

@@ -30,7 +30,6 @@ from rigid_body_sim.physics.contact.collision import (
     hash_grid,
     held_features,
     manifold_record,
-    material_record,
     neighbour_list,
     pose,
     recycled_record,
@@ -48,6 +47,7 @@ from rigid_body_sim.physics.contact.collision.collider import (
 from rigid_body_sim.physics.contact.collision.deep_overlaps import make_overlaps, overlap_limits
 from rigid_body_sim.physics.contact.collision.geometry import manifold
 from rigid_body_sim.physics.contact.collision.ignored_pairs import ignored_colliders
+from rigid_body_sim.physics.contact.collision.pair_materials import materials_of_colliders
 from rigid_body_sim.physics.contact.crew import Crew
 from rigid_body_sim.physics.contact.energy.scratch import EnergyScratch, make_scratch
 from rigid_body_sim.physics.contact.events import (
@@ -76,8 +76,8 @@ from rigid_body_sim.physics.contact.solver import (
 from rigid_body_sim.physics.contact.solver.forces_of_state import SAVED
 from rigid_body_sim.physics.contact.solver.group_record import most_groups
 from rigid_body_sim.physics.contact.solver.impulse_cache import size_in_use
-from rigid_body_sim.physics.contact.solver.pair_materials import materials_of_colliders
 from rigid_body_sim.physics.contact.tick_settings import settings_row
+from rigid_body_sim.physics.model import material
 from rigid_body_sim.physics.state.blocks import LANES, blocks
 
 Array = NDArray[np.float64]
@@ -191,7 +191,7 @@ class WorldArrays:
         self.overlap_limits = overlap_limits(self.local_bounds)
         self.overlaps = make_overlaps()
         self.local_poses = ordered(colliders.local_poses, pose.SIZE)
-        self.materials = ordered(colliders.materials, material_record.SIZE)
+        self.materials = ordered(colliders.materials, material.SIZE)
         poses = ordered(colliders.poses, pose.SIZE)
         self.poses = np.concatenate(
             (poses, np.zeros(4 * pose.SIZE))

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.errors import blaming
 from rigid_body_sim.physics.model.locked_arrays import LockedArrays, locked, locked_mapping
+from rigid_body_sim.physics.model.material import USUAL, Material
 from rigid_body_sim.physics.model.rotation import IDENTITY, unit_quaternion
 from rigid_body_sim.physics.model.shapes import Shape
 from rigid_body_sim.physics.model.shown_scene import html_of, line_of
@@ -53,16 +54,6 @@ class Motion:
         if self.orientation is not IDENTITY:
             with blaming('orientation'):
                 object.__setattr__(self, 'orientation', unit_quaternion(self.orientation))
-
-
-@dataclass(frozen=True)
-class Material:
-    """Contact material [-]; rolling and torsional friction are lengths [m]."""
-
-    restitution: float = 0.0
-    friction: float = 0.5
-    rolling_friction: float = 0.0
-    torsional_friction: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -199,7 +190,7 @@ class Body(LockedArrays):
     inertia: NDArray[np.float64] | None = None
     fixed: bool = False
     initial: Motion = Motion()
-    material: Material = Material()
+    material: Material = USUAL
     mass_flow: MassFlow | None = None
     pivot: Pivot | None = None
     shape_position: Vector = (0.0, 0.0, 0.0)

@@ -15,7 +15,7 @@ shape and particles that make a rigid body do not collide.
     local_poses      : where each sits in its body, see `pose`; point masses and static colliders
                        have M = 1
     poses            : where each stands, see `pose`; here those at the start
-    materials        : restitution and friction of each, see `material_record`
+    materials        : of each, see `model.material`
 Lengths in metres.
 
 Kernels get these arrays as `ColliderArrays`, and those of the broad phase as `BroadPhase`: groups
@@ -40,6 +40,7 @@ from rigid_body_sim.physics.contact.collision.aabb import extent
 from rigid_body_sim.physics.contact.collision.solids import solids
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model import rotation as so3
+from rigid_body_sim.physics.model.material import MATERIAL
 from rigid_body_sim.physics.model.plain_products import dot, product, times
 from rigid_body_sim.physics.model.plain_products import length as length_of
 from rigid_body_sim.physics.model.scene import Body, Scene, Vector
@@ -151,15 +152,7 @@ class Colliders:
             reference = body.center_of_mass if body.pivot is None else body.pivot.point
             local_poses.append((*_in_shape(body, reference), *turn.ravel()))
             poses.append(_pose(body))
-            material = body.material
-            materials.append(
-                (
-                    material.restitution,
-                    material.friction,
-                    material.rolling_friction,
-                    material.torsional_friction,
-                )
-            )
+            materials.append([getattr(body.material, key) for key in MATERIAL])
         return cls(
             shape_parameters=np.array(parameters, dtype=np.float64),
             table=np.array(table, dtype=np.int64).ravel(),

@@ -72,8 +72,7 @@ class Flights(NamedTuple):
     pairs       : events: see `flight_record`
     links       : see `event_lists`
     impacts     : see `impact_list`
-    materials, pair_materials : of colliders and of pairs of them: see `collision.material_record`,
-                                `solver.pair_material_record`
+    materials, pair_materials : of colliders and of pairs of them: see `model.material`
     ignored     : pairs that do not meet: see `collision.ignored_pairs`
     settings    : see `tick_settings`
     joint_bodies, joint_points : tables of impacts at several points: see `joint_impact_record`

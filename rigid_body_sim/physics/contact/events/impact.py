@@ -7,12 +7,9 @@ impacts an entry.
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
-from rigid_body_sim.physics.arrays import Array
 from rigid_body_sim.physics.compile.kernels import inline, kernel, slot
-from rigid_body_sim.physics.contact.collision import material_record
 from rigid_body_sim.physics.contact.events import flight_record, impact_list
 from rigid_body_sim.physics.contact.events.collision_matrix import StruckBody
 from rigid_body_sim.physics.contact.events.flight import (
@@ -24,8 +21,8 @@ from rigid_body_sim.physics.contact.events.flight import (
 )
 from rigid_body_sim.physics.contact.events.ground_parts import ask_part
 from rigid_body_sim.physics.contact.events.point_impact import point_impact
-from rigid_body_sim.physics.contact.solver import pair_material_record
 from rigid_body_sim.physics.contact.solver_bodies import world_inverse_inertia
+from rigid_body_sim.physics.model.material import FRICTION, RESTITUTION, material_of_pair
 from rigid_body_sim.physics.vectors import (
     add,
     add_scaled,
@@ -49,45 +46,11 @@ look = slot('kernel (side, collider, time, flights): shows a collider at an inst
 find_points = slot('kernel (a, b, normal, flights): lists the points at which two touch')
 
 
-@inline
-def _pair_material(a: int, b: int, count: int, of_pairs: Array) -> Any:
-    """Restitution and friction that the scene gives a pair of its own; NaN: none."""
-    pair_id = float(max(a, b) * count + min(a, b))
-    low, high = 0, len(of_pairs) // pair_material_record.SIZE
-    while low < high:
-        middle = (low + high) // 2
-        if of_pairs[middle * pair_material_record.SIZE + pair_material_record.PAIR_ID] < pair_id:
-            low = middle + 1
-        else:
-            high = middle
-    place = low * pair_material_record.SIZE
-    if place < len(of_pairs) and of_pairs[place + pair_material_record.PAIR_ID] == pair_id:
-        return (
-            of_pairs[place + pair_material_record.RESTITUTION],
-            of_pairs[place + pair_material_record.FRICTION],
-        )
-    return math.nan, math.nan
-
-
 @kernel
 def material_of(a: int, b: int, flights: Flights) -> Any:
     """Restitution and friction of a pair of colliders."""
-    materials = flights.materials
-    row_a, row_b = a * material_record.SIZE, b * material_record.SIZE
-    restitution = max(
-        materials[row_a + material_record.RESTITUTION],
-        materials[row_b + material_record.RESTITUTION],
-    )
-    friction = math.sqrt(
-        materials[row_a + material_record.FRICTION] * materials[row_b + material_record.FRICTION]
-    )
-    count = len(materials) // material_record.SIZE
-    own_restitution, own_friction = _pair_material(a, b, count, flights.pair_materials)
-    if own_restitution == own_restitution:
-        restitution = own_restitution
-    if own_friction == own_friction:
-        friction = own_friction
-    return restitution, friction
+    given = material_of_pair(a, b, flights.materials, flights.pair_materials)
+    return given[RESTITUTION], given[FRICTION]
 
 
 @inline

@@ -15,6 +15,7 @@ At the head of the array lies one batch of scratch: the bodies of the lanes unde
 """
 
 from rigid_body_sim.physics.arrays import Record
+from rigid_body_sim.physics.model.material import add_material
 
 LANES = 8  # [-] manifolds side by side
 
@@ -24,7 +25,8 @@ BODY_B = constraint.number('-', 'the same of B')
 NORMAL = constraint.vector('-', 'unit normal from A to B, world axes')
 TANGENT_1 = constraint.vector('-', 'first tangent, world axes')
 TANGENT_2 = constraint.vector('-', 'second tangent, normal x first')
-FRICTION = constraint.number('-', 'coefficient mu')
+RESTITUTION, FRICTION, ROLLING_FRICTION, TORSIONAL_FRICTION = add_material(constraint)
+MATERIAL = RESTITUTION  # where the material of the pair begins
 BIAS_RATE = constraint.number('1/s', 'beta of the soft normal')
 MASS_SCALE = constraint.number('-', 'sigma of the soft normal')
 IMPULSE_SCALE = constraint.number('-', 'iota of the soft normal')
@@ -36,10 +38,7 @@ ALONE = constraint.number('-', '1: these are all of one surface, or this one')
 OTHERS_IMPULSE = constraint.number('N s', 'by which the others of its surface press that')
 LASTS = constraint.number('-', 'share of what presses it that lasts: `warm_start`')
 GOES_ON = constraint.number('-', 'share of their change with which its loads go on: `warm_start`')
-RESTITUTION = constraint.number('-', 'coefficient e')
 BOUNCE_SPEED = constraint.number('m/s', 'slower impacts do not bounce, where anything does')
-ROLLING_FRICTION = constraint.number('m', 'rolling torque over normal force')
-TORSIONAL_FRICTION = constraint.number('m', 'twisting torque over normal force')
 ROLLING_MASS = constraint.number('kg m^2', 'effective mass: angular impulse per rolling velocity')
 TWIST_MASS = constraint.number('kg m^2', 'effective mass: angular impulse per twisting velocity')
 INVERSE_MASS_A = constraint.number('1/kg', 'of A')

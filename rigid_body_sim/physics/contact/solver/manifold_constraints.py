@@ -18,7 +18,6 @@ from rigid_body_sim.physics.contact.collision import (
     collider,
     collider_record,
     manifold_record,
-    material_record,
     pose,
 )
 from rigid_body_sim.physics.contact.collision.collider import ColliderArrays
@@ -43,6 +42,7 @@ from rigid_body_sim.physics.contact.solver_bodies import (
     CENTRED_BALL,
     FIXED,
 )
+from rigid_body_sim.physics.model.material import material_of_pair, store_material
 from rigid_body_sim.physics.state.blocks import LANES, RX, TRANSLATION, at
 from rigid_body_sim.physics.vectors import add_scaled, cross, dot, load, load_strided, subtract
 
@@ -256,36 +256,22 @@ def faces(a: int, b: int, normal: Any, colliders: ColliderArrays) -> float:
 @kernel
 def prepare_materials(
     softness: Softness, curved: bool, table: Indices, bounds: Array, materials: Array,
-    order: Indices, manifolds: Array, rows: Array, bodies: Array,
+    of_pairs: Array, order: Indices, manifolds: Array, rows: Array, bodies: Array,
 ) -> None:  # fmt: skip
     """
     Write material and softness of the manifolds of a group, and whose surface their points follow.
 
-    curved : whether layers about cores may meet: see `curved_cores`
-    order  : these manifolds
+    curved   : whether layers about cores may meet: see `curved_cores`
+    of_pairs : pairs with a material of their own, see `model.material`
+    order    : these manifolds
     """
     for index in range(len(order)):
         record = order[index] * manifold_record.SIZE
         lane = int(manifolds[record + manifold_record.LANE])
         a = int(manifolds[record + manifold_record.COLLIDER_A])
         b = int(manifolds[record + manifold_record.COLLIDER_B])
-        material_a, material_b = a * material_record.SIZE, b * material_record.SIZE
-        rows[lane + constraint.FRICTION] = math.sqrt(
-            materials[material_a + material_record.FRICTION]
-            * materials[material_b + material_record.FRICTION]
-        )
-        rows[lane + constraint.RESTITUTION] = max(
-            materials[material_a + material_record.RESTITUTION],
-            materials[material_b + material_record.RESTITUTION],
-        )
-        rows[lane + constraint.ROLLING_FRICTION] = max(
-            materials[material_a + material_record.ROLLING],
-            materials[material_b + material_record.ROLLING],
-        )
-        rows[lane + constraint.TORSIONAL_FRICTION] = max(
-            materials[material_a + material_record.TORSIONAL],
-            materials[material_b + material_record.TORSIONAL],
-        )
+        given = material_of_pair(a, b, materials, of_pairs)
+        store_material(rows, lane + constraint.MATERIAL, constraint.LANES, given)
         rows[lane + constraint.SURFACE_WEIGHT] = surface_weight(a, b, table, bodies)
         what = roundness(a, b, table, bodies)
         if curved and what == constraint.NOT_ROUND and are_curved(a, b, table, bodies):
