@@ -46,7 +46,7 @@ class Inbox:
         if isinstance(command, str):
             return command
         if len(self._waiting) >= ROOM:
-            return self._refuse(f'{ROOM} commands wait already; is the simulation paused?')
+            return self.refuse(f'{ROOM} commands wait already; is the simulation paused?')
         with self._counting:
             self.accepted += 1
         self._waiting.append(command)
@@ -57,11 +57,16 @@ class Inbox:
         try:
             command = decode(body, kind, data)
         except CdrError as error:
-            return self._refuse(f'{kind} for {body!r} cannot be read: {error}')
+            return self.refuse(f'{kind} for {body!r} cannot be read: {error}')
         reason = self._rules.refusal(command)
-        return command if reason is None else self._refuse(reason)
+        return command if reason is None else self.refuse(reason)
 
-    def _refuse(self, reason: str) -> str:
+    def frame(self, command: Command) -> str:
+        """Frame of a command that was not refused: world, body, or one of the body's own."""
+        return self._rules.frame(command)
+
+    def refuse(self, reason: str) -> str:
+        """Count a command that is refused; give the reason."""
         with self._counting:
             known = reason in self._refused or len(self._refused) < _REASONS
             self._refused[reason if known else OTHER] += 1

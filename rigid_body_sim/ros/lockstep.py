@@ -7,12 +7,14 @@ Lock-step: simulation and controllers advance together. No ROS is known here.
     the states of the instant are published; then the run waits for one answer on every topic of
     the list; then it applies them in the order of the list and advances by T
 
+A topic answers once; where it is listed by frame, `drone/wrench@front_left`, once in each of them.
 An answer is a command whose stamp is that of the instant. The wall clock decides how long the run
 waits, never what it takes: what bears another stamp is dropped, of two answers the first counts.
 The same states therefore meet the same commands in every run, whatever the machine does.
 
 It is not kept by a partner that answers the same state differently, nor by commands on topics that
-are not in the list: both are counted and told.
+are not in the list: both are counted and told. So is an answer in a second frame on a topic that
+is listed without: nobody would know for how many to wait.
 """
 
 from __future__ import annotations
@@ -25,12 +27,18 @@ from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.errors import nearest
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.ros.inbox import Inbox
-from rigid_body_sim.runs.commands import Command
+from rigid_body_sim.runs.asked_states import KIND as SET_STATE
+from rigid_body_sim.runs.commands import Command, CommandRules, frame_id_of
 
 OLDER, NEWER = 'older', 'newer'  # than the state that is waited for
 SAME, DIFFERENT = 'same again', 'different again'  # second answers to one state
+OTHER_FRAME = 'in another frame'  # a second answer on a topic that is listed without frames
+AT = '@'  # between topic and frame; no name of ROS holds it
 SHOWN = 5  # [topics] named in a line
 STAMP_END = 12  # [bytes] of a message: encapsulation and stamp come first
+
+
+Target = tuple[str, str, str]
 
 
 @dataclass(frozen=True)
@@ -39,14 +47,14 @@ class Terms:
     What was agreed on.
 
     topics  : as listed, in the order in which answers are applied
-    targets : (body, kind) of each
+    targets : (body, kind, frame) of each; frame world, body or one of the body's own; '': any
     period  : [tick] between two instants
     stamped : whether an answer bears the stamp of its state
     timeout : [ns] of wall time after which the run counts as paused; 0: never
     """
 
     topics: tuple[str, ...]
-    targets: tuple[tuple[str, str], ...]
+    targets: tuple[Target, ...]
     period: int
     stamped: bool = True
     timeout: int = 0
@@ -58,12 +66,15 @@ def targets_of(
     known: Mapping[str, tuple[str, str]],
     namespace: str,
     scene: Scene,
+    rules: CommandRules,
     remapped: Callable[[str], str],
-) -> tuple[tuple[str, str], ...]:
+) -> tuple[Target, ...]:
     """
-    Find body and kind of every topic of the list; UserError for what no answer could come on.
+    Find body, kind and frame of every topic of the list; UserError for what no answer could come
+    on.
 
     known    : absolute name of a command topic -> (body, kind)
+    rules    : which frames a command may be in
     remapped : the name that ROS gives to an absolute one
     """
     if not names:
@@ -71,9 +82,10 @@ def targets_of(
             'parameter lockstep_topics: got nothing, but step_mode is lockstep; name the topics '
             "that a step waits for: lockstep_topics:=['<body>/wrench']"
         )
-    found: list[tuple[str, str]] = []
+    found: list[Target] = []
     for name in names:
-        target = _target(name, known, namespace.rstrip('/'))
+        topic, frame = parted(name)
+        target = _target(topic, known, namespace.rstrip('/'))
         body = next(body for body in scene.bodies if body.name == target[0])
         if body.motion is not None:
             raise _unusable(name, f'{body.name!r} moves as told and takes no commands')
@@ -81,13 +93,41 @@ def targets_of(
             raise _unusable(name, f'{body.name!r} is fixed and takes no commands')
         if body.is_point and target[1] == 'torque':
             raise _unusable(name, f'{body.name!r} is a point mass and takes no torque')
-        if target in found:
+        frame = _frame(name, target, frame, rules)
+        same = [its for *other, its in found if tuple(other) == target]
+        if frame in same:
             raise _unusable(name, 'it is in the list twice; each state is answered once a topic')
+        if same and '' in (frame, *same):
+            raise _unusable(name, f'it is in the list with {AT}FRAME and without; add it to all')
         absolute = next(topic for topic, own in known.items() if own == target)
         if remapped(absolute) != absolute:
             raise _unusable(name, f'it is remapped to {remapped(absolute)}; leave its name as is')
-        found.append(target)
+        found.append((*target, frame))
     return tuple(found)
+
+
+def parted(name: str) -> tuple[str, str]:
+    """
+    Part an entry of the list: `drone/wrench@front_left` is topic and frame.
+
+    returns : the topic, and the frame; '' where none is named
+    """
+    topic, _, frame = name.partition(AT)
+    return topic, frame
+
+
+def _frame(name: str, target: tuple[str, str], frame: str, rules: CommandRules) -> str:
+    """Find the frame that an entry of the list names; '' where it names none."""
+    if AT not in name:
+        return ''
+    body, kind = target
+    if kind == SET_STATE or not frame:
+        why = f'a {kind} has no frames' if frame else f'{AT} stands before a frame'
+        raise _unusable(name, f'{why}; leave {AT}{frame} out')
+    command = Command(body, kind, frame_id=frame_id_of(body, frame))
+    if refusal := rules.refusal(command):
+        raise _unusable(name, refusal)
+    return rules.frame(command)
 
 
 def _target(name: str, known: Mapping[str, tuple[str, str]], namespace: str) -> tuple[str, str]:
@@ -144,19 +184,27 @@ def notes(
 
 @dataclass
 class _Slot:
-    """The answers on one topic: the one that waits to be applied, and the last one that was."""
+    """
+    The answers on one topic, in one frame where it is listed by frames.
+
+    waiting : the one that waits to be applied
+    last    : the last one that was
+    trouble : why what came since the instant does not count
+    met     : frames in which one state was answered, where none is listed
+    """
 
     waiting: Command | None = None
     last: Command | None = None
-    trouble: str = ''  # why what came since the instant does not count
+    trouble: str = ''
+    met: dict[str, None] = field(default_factory=dict)
 
 
 class Gate:
     """
-    One place for each topic of the list. Belongs to one thread.
+    One place for each entry of the list. Belongs to one thread.
 
     inbox   : judges and counts, keeps nothing; the gate's alone
-    dropped : answers that do not count, by OLDER, NEWER, SAME and DIFFERENT
+    dropped : answers that do not count, by OLDER, NEWER, SAME, DIFFERENT and OTHER_FRAME
     proven  : topics on which an answer has come; whoever knows of the links empties it
     """
 
@@ -166,7 +214,11 @@ class Gate:
         self._slots = [_Slot() for _ in terms.topics]
         self._stamp: int | None = None
         self._missing = len(self._slots)
-        self.dropped: Counter[str] = Counter({OLDER: 0, NEWER: 0, SAME: 0, DIFFERENT: 0})
+        self._places: dict[tuple[str, str], dict[str, int]] = {}
+        for place, (body, kind, frame) in enumerate(terms.targets):
+            self._places.setdefault((body, kind), {})[frame] = place
+        kinds = (OLDER, NEWER, SAME, DIFFERENT, OTHER_FRAME)
+        self.dropped: Counter[str] = Counter(dict.fromkeys(kinds, 0))
         self.proven: set[int] = set()
 
     def open(self, stamp: int) -> None:
@@ -176,23 +228,42 @@ class Gate:
         for slot in self._slots:
             slot.waiting, slot.trouble = None, ''
 
-    def receive(self, index: int, data: bytes) -> str | None:
+    def receive(self, body: str, kind: str, data: bytes) -> str | None:
         """
         Judge what came on a topic, and offer it.
 
         returns : what to warn of
         """
-        body, kind = self.terms.targets[index]
         command = self.inbox.judge(body, kind, data)
         if isinstance(command, str):
-            self._slots[index].trouble = f'refused: {command}'  # its place stays empty
-            return f'refused: {command}'
-        if self.offer(index, command) == DIFFERENT:
+            return self._refused(body, kind, command)
+        places = self._places[body, kind]
+        frame = self.inbox.frame(command)
+        index = places.get('', places.get(frame))
+        if index is None:
+            return self._refused(body, kind, self.inbox.refuse(self._not_listed(command, frame)))
+        dropped = self.offer(index, command)
+        if dropped == DIFFERENT:
             return (
                 f'{self.terms.topics[index]}: the state of {command.stamp_ns * 1e-9:g} s was '
                 'answered a second time and differently; the first answer counts'
             )
-        return None
+        return _several_frames(self.unlisted[index]) if dropped == OTHER_FRAME else None
+
+    def _refused(self, body: str, kind: str, reason: str) -> str:
+        """Keep in mind why places stay empty."""
+        for place in self._places[body, kind].values():
+            if self._slots[place].waiting is None:
+                self._slots[place].trouble = f'refused: {reason}'
+        return f'refused: {reason}'
+
+    def _not_listed(self, command: Command, frame: str) -> str:
+        listed = ', '.join(self._places[command.body, command.kind])
+        return (
+            f'{command.kind} for {command.body!r} in frame {frame!r} answers no state: '
+            f'lockstep_topics lists this topic for: {listed}; add '
+            f'{command.body}/{command.kind}{AT}{frame} to it'
+        )
 
     def offer(self, index: int, command: Command) -> str | None:
         """
@@ -227,6 +298,10 @@ class Gate:
             last.stamp_ns == command.stamp_ns if stamped else slot.waiting is not None
         )
         if again and last is not None:
+            frames = self.inbox.frame(last), self.inbox.frame(command)
+            if frames[0] != frames[1]:
+                slot.met.update(dict.fromkeys(frames))
+                return OTHER_FRAME
             same = last.message[STAMP_END:] == command.message[STAMP_END:]
             return SAME if same else DIFFERENT
         return kind
@@ -245,6 +320,15 @@ class Gate:
             if slot.waiting is None
         }
 
+    @property
+    def unlisted(self) -> dict[int, list[str]]:
+        """By place: what to list of a topic in whose place one state was answered by frames."""
+        return {
+            place: [f'{topic}{AT}{frame}' for frame in slot.met]
+            for place, (topic, slot) in enumerate(zip(self.terms.topics, self._slots))
+            if slot.met
+        }
+
     def take(self) -> list[Command]:
         """Take the answers in the order of the list; from now on there is no state to answer."""
         self._stamp = None
@@ -254,6 +338,15 @@ class Gate:
     def is_proven(self) -> bool:
         """Whether an answer has come on every topic by the present links."""
         return len(self.proven) == len(self._slots)
+
+
+def _several_frames(entries: Sequence[str]) -> str:
+    """Say that a topic answers in several frames, and how to list them."""
+    topic = parted(entries[0])[0]
+    return (
+        f'{topic}: one state was answered in several frames, of which the first counts alone, as '
+        f'lockstep_topics names none; list each that answers: {", ".join(entries)}'
+    )
 
 
 def _wrong_stamp(stamp: int, kind: str) -> str:
@@ -273,6 +366,7 @@ class LockstepFigures:
     timed_out : whether it counts as paused because of that
     dropped   : numbers of answers that did not count
     outside   : commands on topics that are not in the list: number by topic
+    unlisted  : what to list in place of topics that answered in several frames
     """
 
     time: float
@@ -282,12 +376,15 @@ class LockstepFigures:
     timed_out: bool
     dropped: Mapping[str, int]
     outside: Mapping[str, int] = field(default_factory=dict)
+    unlisted: Sequence[Sequence[str]] = ()
 
     @property
     def warning(self) -> str:
         """What is wrong, in one line; empty where nothing is."""
         if self.timed_out:
             return f'paused: {no_answer(self.missing)}, for {self.waited:.0f} s'
+        if self.unlisted:
+            return '; '.join(map(_several_frames, self.unlisted))
         if self.dropped[DIFFERENT]:
             return (
                 f'answers that contradicted the first one to the same state: '

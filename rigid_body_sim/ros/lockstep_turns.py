@@ -208,4 +208,5 @@ class LockstepTurns:
             timed_out=self.timed_out,
             dropped=dict(self.gate.dropped),
             outside=dict(self._outside),
+            unlisted=list(self.gate.unlisted.values()),
         )

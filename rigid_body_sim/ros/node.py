@@ -83,9 +83,11 @@ class SimNode(Node):
             and self._is_installed(topic)
         }
         self._senders = Senders(topics, publishers)
-        targets = gate.terms.targets if gate is not None else ()
+        answered = gate.terms.targets if gate is not None else ()
+        targets = {(body, kind) for body, kind, _ in answered}
         takers: dict[Subscription, Taker] = {}
-        self._answering: dict[int, Subscription] = {}  # by place in the list of lock-step
+        self._answering: dict[tuple[str, str], Subscription] = {}  # topics of lock-step
+        self._answered = answered
         for body in bodies:
             for kind in KINDS:
                 subscription = self._endpoints.subscription(
@@ -95,7 +97,7 @@ class SimNode(Node):
                     must_be_reliable=(body, kind) in targets,
                 )
                 if gate is not None and (body, kind) in targets:
-                    self._answering[targets.index((body, kind))] = subscription
+                    self._answering[body, kind] = subscription
                 else:
                     takers[subscription] = partial(self._receive, inbox, body, kind)
         self.listener = Listener(self.context, takers)
@@ -129,15 +131,15 @@ class SimNode(Node):
         if reason is not None:
             self.get_logger().warning(f'refused: {reason}', throttle_duration_sec=1.0)
 
-    def _answer(self, gate: Gate, index: int, data: bytes) -> None:
-        warning = gate.receive(index, data)
+    def _answer(self, gate: Gate, body: str, kind: str, data: bytes) -> None:
+        warning = gate.receive(body, kind, data)
         if warning is not None:
             self.get_logger().warning(warning, throttle_duration_sec=1.0)
 
     def open_door(self, gate: Gate) -> OwnWaitSet:
         """Make what a run in lock-step waits with; call its `close` when the run has ended."""
         answering = self._answering.items()
-        takers = {one: partial(self._answer, gate, index) for index, one in answering}
+        takers = {one: partial(self._answer, gate, *target) for target, one in answering}
         return OwnWaitSet(self.context, takers)
 
     def links(self) -> Hashable:
@@ -153,7 +155,8 @@ class SimNode(Node):
 
     def silence(self, index: int) -> str:
         """Say why no answer can come on a topic of lock-step; empty: one can."""
-        subscription = self._answering[index]
+        body, kind, _ = self._answered[index]
+        subscription = self._answering[body, kind]
         if subscription.handle.get_publisher_count():
             return ''
         found = self.get_publishers_info_by_topic(subscription.topic_name)

@@ -81,7 +81,8 @@ PARAMETERS = (
         'lockstep_topics',
         (),
         'command topics that answer each state, such as satellite/torque, in the order in which '
-        'the answers are applied; for step_mode lockstep',
+        'the answers are applied; one that answers in several frames once for each, such as '
+        'drone/wrench@front_left; for step_mode lockstep',
     ),
     Entry(
         'lockstep_stamps',

@@ -40,7 +40,8 @@ from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.topics import COMMAND_TYPES
 from rigid_body_sim.ros import conversions, qos
 from rigid_body_sim.ros.listener import NotForExecutors, OwnWaitSet
-from rigid_body_sim.runs.commands import Command, encode
+from rigid_body_sim.ros.lockstep import parted
+from rigid_body_sim.runs.commands import Command, encode, frame_id_of
 
 LOOK = 0.05  # [s] between looks who is connected
 NUMBERS = {'force': 3, 'torque': 3, 'wrench': 6, 'impulse': 6}
@@ -98,12 +99,14 @@ class Partner:
 
     node       : that publishes and subscribes
     controller : States -> {topic: command}; a value for every one of `topics`, each
-                 force, torque    (3,) [N], [N m], world axes
+                 force, torque    (3,) [N], [N m]
                  wrench, impulse  (2, 3) or (6,): force [N] and torque [N m], of an impulse
-                                  [N s] and [N m s], world axes
-                 or a message of the topic, whose frame_id counts and whose stamp is set here
+                                  [N s] and [N m s]
+                 in world axes, or in the frame that `topics` names; or a message of the topic,
+                 whose frame_id counts and whose stamp is set here
     bodies     : whose states it is given
-    topics     : on which it answers, such as satellite/torque
+    topics     : on which it answers, such as satellite/torque, or drone/wrench@front_left, as
+                 the parameter lockstep_topics of the node names them
     period     : [s] lockstep_period of the node; other states are not answered. 0.0: all are
     namespace  : of the simulation; '': that of `node`
     spins      : whether `spin` serves the subscriptions, in place of an executor: three times as
@@ -133,7 +136,10 @@ class Partner:
         self._prefix = f'{namespace.rstrip("/")}/' if namespace else ''
         self._period = round(period * 1e9)
         self._group = NotForExecutors() if spins else None
-        self._publishers = {topic: self._publisher(topic) for topic in topics}
+        self._topics = tuple(topics)
+        self._publishers = {
+            topic: self._publisher(topic) for topic in dict.fromkeys(parted(t)[0] for t in topics)
+        }
         self._subscriptions: dict[str, Subscription] = {}
         self._latest: dict[str, int] = {}
         self._parts: dict[int, Bytes] = {}
@@ -202,17 +208,17 @@ class Partner:
             self._sent = self._encoded(states)
             self.answered = states.stamp
         for topic, data in self._sent.items():
-            self._publishers[topic].publish(data)
+            self._publishers[parted(topic)[0]].publish(data)
 
     def _encoded(self, states: States) -> Bytes:
         given = self.controller(states)
-        if not isinstance(given, Mapping) or given.keys() != self._publishers.keys():
+        if not isinstance(given, Mapping) or given.keys() != set(self._topics):
             got = ', '.join(map(str, given)) if isinstance(given, Mapping) else repr(given)
             raise UserError(
                 f'the controller returned commands for {got or "no topic"}; needed: one for each '
-                f'of {", ".join(self._publishers)}'
+                f'of {", ".join(self._topics)}'
             )
-        return {topic: encoded(topic, given[topic], states.stamp) for topic in self._publishers}
+        return {topic: encoded(topic, given[topic], states.stamp) for topic in self._topics}
 
     def spin(
         self,
@@ -308,9 +314,12 @@ def encoded(topic: str, command: Any, stamp: int) -> bytes:
     """
     Return the message of a command with a stamp [ns]; UserError for what is none.
 
+    topic   : on which it is sent, with the frame of plain numbers if need be; see `Partner`
     command : see `Partner`
     """
-    body, _, kind = topic.rpartition('/')
+    name, frame = parted(topic)
+    path, _, kind = name.rpartition('/')
+    body = path.rpartition('/')[2]
     if hasattr(command, 'header'):
         if not isinstance(command, conversions.MESSAGE_TYPES[COMMAND_TYPES[kind]]):
             raise UserError(
@@ -329,4 +338,4 @@ def encoded(topic: str, command: Any, stamp: int) -> bytes:
         )
     first, second = tuple(numbers[:3]), tuple(numbers[3:]) or (0.0, 0.0, 0.0)
     force, torque = (second, first) if kind == 'torque' else (first, second)
-    return encode(Command(body, kind, force, torque, stamp_ns=stamp))
+    return encode(Command(body, kind, force, torque, frame_id_of(body, frame), stamp))

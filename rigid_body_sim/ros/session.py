@@ -277,6 +277,7 @@ def _make_gate(node: SimNode, run: Run) -> Gate:
             known=topics_of(run.names, namespace=node.get_namespace()),
             namespace=node.get_namespace(),
             scene=scene,
+            rules=run.rules,
             remapped=node.resolve_topic_name,
         ),
         lockstep.period_of(

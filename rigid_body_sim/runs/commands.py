@@ -36,6 +36,7 @@ from rigid_body_sim.physics.model.named_frames import (
     find_frame,
     frame_names,
     full_name,
+    own_name,
 )
 from rigid_body_sim.physics.model.rotation import IDENTITY
 from rigid_body_sim.physics.model.scene import Body, Frame, Scene, Vector
@@ -138,7 +139,9 @@ class CommandRules:
         command = self.without_prefix(command)
         if command.frame_id in ('', self._world_frame):
             return 'world'
-        return 'body' if command.frame_id == command.body else command.frame_id
+        if command.frame_id == command.body:
+            return 'body'
+        return own_name(self._bodies[command.body], command.frame_id)
 
     def refusal(self, command: Command) -> str | None:
         """Say why a command cannot be honoured, in one line; None if it can."""
@@ -227,6 +230,11 @@ def _too_large(command: Command, body: Body) -> str | None:
                 f'numbers, and so would be its work; allowed: up to {most:.3g} {unit}; {CURE}'
             )
     return None
+
+
+def frame_id_of(body: str, frame: str) -> str:
+    """Give the `frame_id` of a frame that `Simulation.hold` knows: world, body, or another."""
+    return {'world': '', 'body': body}.get(frame, frame)
 
 
 def encode(command: Command) -> bytes:

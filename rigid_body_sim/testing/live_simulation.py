@@ -13,11 +13,13 @@ import re
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.recording.topics import COMMAND_TYPES, body_topic
+from rigid_body_sim.ros.lockstep import parted
 from rigid_body_sim.ros.partner import BodyState, States, encoded
 from rigid_body_sim.ros.peer import Peer
 from rigid_body_sim.runs.commands import NO_VECTOR
@@ -67,6 +69,8 @@ class LiveSimulation:
         self._is_closed = False
         self.has_ended = False
         self._lockstep = {self._absolute(name): name for name in lockstep}
+        # topic -> its name as given; one may be in the list for several frames
+        self._answering = {parted(own)[0]: parted(name)[0] for own, name in self._lockstep.items()}
         self._scene: GivenScene = scene_file(scene, folder)
         self._resumes = not self._lockstep and 'start_paused' not in parameters
         self._parameters = self._completed(parameters)
@@ -85,7 +89,7 @@ class LiveSimulation:
         self._process = NodeProcess(words, folder=folder, environment=of_child(domain))
         try:  # while it starts
             self._peer = Peer(domain, self._collector.types, self._collector.add)
-            for topic in self._lockstep:
+            for topic in self._answering:
                 kind = topic.rpartition('/')[2]
                 if kind in COMMAND_TYPES:
                     self._peer.offer(topic, COMMAND_TYPES[kind])
@@ -209,7 +213,7 @@ class LiveSimulation:
                 'lockstep: this simulation runs by itself; start it with lockstep=[…]'
             )
         begin = time.monotonic()
-        self._until(lambda: all(map(self._peer.is_heard, self._lockstep)), 'its ears')
+        self._until(lambda: all(map(self._peer.is_heard, self._answering)), 'its ears')
         limit = round(until * 1e9)
         while (state := self._due()).stamp < limit:
             answers = self._messages(state, controller(state))
@@ -243,14 +247,17 @@ class LiveSimulation:
                 f'{", ".join(self._lockstep.values())}'
             )
         answers = []
-        for topic, name in self._lockstep.items():
+        for entry, name in self._lockstep.items():
+            topic, frame = parted(entry)
             path, _, kind = topic.rpartition('/')
             where = f'the controller, at t = {state.time:.9g} s, for {name}'
-            command, body = commands.get(topic), path.rpartition('/')[2]
+            command, body = commands.get(entry), path.rpartition('/')[2]
             if hasattr(command, 'header'):
-                data = encoded(topic, command, state.stamp)
+                data = encoded(entry, command, state.stamp)
             else:
                 wrench = as_wrench(kind, command, where=where)
+                if frame and wrench.frame == 'world':
+                    wrench = replace(wrench, frame=frame)
                 data = message_of(kind, wrench, body=body, stamp=state.stamp)
             answers.append((topic, data))
         return answers
@@ -291,10 +298,10 @@ class LiveSimulation:
         """Publish, and wait until the node says that it took it; NodeFailure if it refused."""
         self._need_body(body)
         topic = body_topic(self.namespace, body, kind, COMMAND_TYPES[kind])
-        if topic.name in self._lockstep:
+        if topic.name in self._answering:
             raise NodeFailure(
-                f'{self._lockstep[topic.name]} is a topic of lock-step: its commands are what the '
-                'controller gives'
+                f'{self._answering[topic.name]} is a topic of lock-step: its commands are what '
+                'the controller gives'
             )
         wrench = as_wrench(kind, wrench, where=f'{kind} for {body}')
         self._peer.offer(topic.name, topic.type)

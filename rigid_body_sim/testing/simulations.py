@@ -53,7 +53,8 @@ class Simulations:
 
         scene      : name of a shipped scene, path, or mapping with the keys of a scene file
         lockstep   : command topics that `LiveSimulation.lockstep` answers, in the order in which
-                     they are applied; the node then goes as fast as it can
+                     they are applied, one in several frames as 'drone/wrench@front_left'; the
+                     node then goes as fast as it can
         namespace  : of the node
         hear       : bodies whose states are heard; None: all
         parameters : of the node, by name

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from rigid_body_sim.physics.model.scene import Vector
-from rigid_body_sim.runs.commands import Command, encode
+from rigid_body_sim.runs.commands import Command, encode, frame_id_of
 from rigid_body_sim.runs.wrench import Wrench
 
 FORMS = {
@@ -67,6 +67,6 @@ def message_of(kind: str, wrench: Wrench, *, body: str, stamp: int) -> bytes:
 
     stamp : [ns]
     """
-    frame = {'world': '', 'body': body}.get(wrench.frame, wrench.frame)
+    frame = frame_id_of(body, wrench.frame)
     force, torque = _triple(wrench.force), _triple(wrench.torque)
     return encode(Command(body, kind, force, torque, frame, stamp))

@@ -16,6 +16,7 @@ from rigid_body_sim.ros.lockstep import (
     DIFFERENT,
     NEWER,
     OLDER,
+    OTHER_FRAME,
     SAME,
     Gate,
     Terms,
@@ -35,24 +36,29 @@ SCENE = load_scene(
     {
         'dt': 0.001,
         'bodies': [
-            {'name': 'box', 'shape': {'type': 'box', 'size': [1, 1, 1]}, 'mass': 1.0},
+            {
+                'name': 'box',
+                'shape': {'type': 'box', 'size': [1, 1, 1]},
+                'mass': 1.0,
+                'frames': {'left': {'position': [0, 1, 0]}, 'right': {'position': [0, -1, 0]}},
+            },
             {'name': 'stone', 'shape': {'type': 'particle'}, 'mass': 1.0},
             {'name': 'plate', 'shape': {'type': 'sphere', 'radius': 1}, 'fixed': True},
         ],
     }
 )
 TOPICS = ('box/torque', 'box/force', 'stone/impulse')
-TARGETS = tuple(tuple(topic.split('/')) for topic in TOPICS)
+TARGETS = tuple((*topic.split('/'), '') for topic in TOPICS)
 
 
 def make_gate(stamped=True, topics=TOPICS, timeout=0):
-    targets = tuple(tuple(topic.split('/')) for topic in topics)
+    targets = tuple((*topic.split('/'), '') for topic in topics)
     terms = Terms(topics, targets, 10, stamped=stamped, timeout=timeout)
     return Gate(terms, Inbox(CommandRules(SCENE)))
 
 
 def answer(index, stamp, x=0.0):
-    body, kind = TARGETS[index]
+    body, kind, _ = TARGETS[index]
     vector = (float(x), 0.0, 0.0)
     if kind == 'torque':
         return Command(body, kind, torque=vector, stamp_ns=stamp)
@@ -80,8 +86,7 @@ def test_answers_act_in_the_order_of_the_list_whatever_comes_in_which_order(seed
         mixed = [*right, *others, *dice.sample(right, 2)]
         dice.shuffle(mixed)
         for command in mixed:
-            body_and_kind = (command.body, command.kind)
-            gate.receive(TARGETS.index(body_and_kind), encode(command))
+            gate.receive(command.body, command.kind, encode(command))
         assert gate.is_full
         assert gate.take() == right
     assert gate.inbox.accepted == 30
@@ -105,7 +110,60 @@ def test_what_does_not_count_is_told_apart():
     # a double that comes late is the same double
     assert gate.offer(0, answer(0, 20 * MS, x=1)) == SAME
     assert gate.offer(0, answer(0, 20 * MS, x=2)) == DIFFERENT
-    assert dict(gate.dropped) == {OLDER: 2, NEWER: 1, SAME: 2, DIFFERENT: 2}
+    assert dict(gate.dropped) == {OLDER: 2, NEWER: 1, SAME: 2, DIFFERENT: 2, OTHER_FRAME: 0}
+
+
+def listed(*names):
+    return Gate(Terms(names, targets(names), 10), Inbox(CommandRules(SCENE)))
+
+
+def push(gate, frame, stamp, x):
+    command = Command('box', 'force', (x, 0.0, 0.0), frame_id=frame, stamp_ns=stamp)
+    return command, gate.receive('box', 'force', encode(command))
+
+
+def test_a_topic_that_is_listed_by_frames_answers_once_in_each_and_all_act():
+    gate = listed('box/force@left', 'box/force@right', 'box/force@world')
+    for stamp in (0, 10 * MS):
+        gate.open(stamp)
+        right, _ = push(gate, 'box/right', stamp, 2.0)
+        world, _ = push(gate, '', stamp, 3.0)
+        assert list(gate.missing) == ['box/force@left']
+        push(gate, 'right', stamp, 2.5)
+        assert gate.dropped[DIFFERENT] == 1 + stamp // (10 * MS)
+        assert not gate.is_full
+        left, warning = push(gate, 'left', stamp, 1.0)
+        assert warning is None
+        assert gate.is_full
+        assert gate.take() == [left, right, world]
+    assert gate.dropped[OTHER_FRAME] == 0
+
+
+def test_an_answer_in_a_frame_that_is_not_listed_is_refused_and_says_how_to_list_it():
+    gate = listed('box/force@left', 'box/force@right')
+    gate.open(0)
+    push(gate, 'right', 0, 1.0)
+    _, warning = push(gate, 'box', 0, 1.0)
+    assert 'left, right' in warning
+    assert 'add box/force@body' in warning
+    assert 'add box/force@body' in gate.missing['box/force@left']
+    assert sum(gate.inbox.refused.values()) == 1
+
+
+def test_answers_in_several_frames_that_nobody_listed_are_told_with_the_list_that_takes_them():
+    turns, door, *_ = make_turns()
+    gate = door.gate = turns.gate = listed('box/force')
+    gate.open(0)
+    first, warning = push(gate, 'left', 0, 1.0)
+    assert warning is None
+    _, warning = push(gate, 'right', 0, 1.0)
+    assert 'list each that answers: box/force@left, box/force@right' in warning
+    push(gate, '', 0, 1.0)
+    _, warning = push(gate, 'left', 0, 1.0)
+    assert warning is None
+    assert gate.take() == [first]
+    assert (gate.dropped[OTHER_FRAME], gate.dropped[SAME], gate.dropped[DIFFERENT]) == (2, 1, 0)
+    assert 'box/force@left, box/force@right, box/force@world' in turns.figures(0).warning
 
 
 def test_a_partner_that_gives_no_stamps_is_told_what_to_do():
@@ -121,9 +179,9 @@ def test_a_refused_answer_leaves_its_place_empty_and_says_why():
     gate = make_gate()
     gate.open(0)
     bad = answer(0, 0, x=float('nan'))
-    assert 'finite' in gate.receive(0, encode(bad))
+    assert 'finite' in gate.receive('box', 'torque', encode(bad))
     assert 'finite' in gate.missing['box/torque']
-    assert gate.receive(0, encode(answer(0, 0, x=1))) is None
+    assert gate.receive('box', 'torque', encode(answer(0, 0, x=1))) is None
     assert 'box/torque' not in gate.missing
 
 
@@ -306,6 +364,13 @@ def test_a_stop_time_within_a_period_that_is_put_off_leads_to_the_next_instant()
         (('stone/torque',), 'point mass'),
         (('box/force', '/lab/box/force'), 'twice'),
         (('box/wrench',), 'remapped to /thrusters'),
+        (('box/force@lft',), "allowed: '', 'world', 'box', 'box/left', 'box/right'"),
+        (('box/force@',), 'leave @ out'),
+        (('box/set_state@left',), 'leave @left out'),
+        (('stone/force@body',), 'point mass'),
+        (('box/force@left', 'box/force@box/left'), 'twice'),
+        (('box/force', 'box/force@left'), 'and without'),
+        (('box/force@left', 'box/force'), 'and without'),
     ],
 )
 def test_topics_on_which_no_answer_could_come_are_refused(names, why):
@@ -321,13 +386,22 @@ def targets(names):
         known=known,
         namespace='/lab',
         scene=SCENE,
+        rules=CommandRules(SCENE),
         remapped=lambda name: '/thrusters' if name == '/lab/box/wrench' else name,
     )
 
 
 def test_topics_may_be_named_with_and_without_the_namespace():
     names = ('stone/impulse', '/lab/box/force', 'box/torque')
-    assert targets(names) == (('stone', 'impulse'), ('box', 'force'), ('box', 'torque'))
+    assert targets(names) == (
+        ('stone', 'impulse', ''), ('box', 'force', ''), ('box', 'torque', ''),
+    )  # fmt: skip
+
+
+def test_a_topic_may_be_listed_once_for_each_frame():
+    names = ('box/force@left', 'box/force@box/right', 'box/force@world', 'box/force@body')
+    assert [frame for _, _, frame in targets(names)] == ['left', 'right', 'world', 'body']
+    assert targets(('box/force@box',)) == targets(('box/force@body',))
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,8 @@ from geometry_msgs.msg import Vector3Stamped, WrenchStamped
 
 from rigid_body_sim.__main__ import main
 from rigid_body_sim.recording.bag_reader import Bag
-from rigid_body_sim.recording.cdr import PoseStamped
+from rigid_body_sim.recording.cdr import PoseStamped, decode
+from rigid_body_sim.recording.cdr import WrenchStamped as Wrench
 from rigid_body_sim.ros.partner import Partner
 
 from ..patience import PATIENCE
@@ -251,6 +252,41 @@ def test_a_partner_and_one_who_takes_over_lead_two_runs_to_the_same_bytes(
         kept.append([message_of(node, one) for one in Bag(path).messages()])
     assert len(kept[0]) > 50
     assert kept[0] == kept[1]
+
+
+ROTORS = [f'drone/wrench@{place}' for place in ('front_left', 'front_right', 'rear_left')]
+ROTORS.append('drone/wrench@drone/rear_right')
+
+
+def test_four_rotors_on_one_topic_carry_a_drone(start_node, meet, tmp_path):
+    """
+    Each state waits for a wrench in each of four frames, whatever order they come in.
+    """
+    node = start_node(
+        scene='quadrotor',
+        step_mode='lockstep',
+        lockstep_topics=str(ROTORS),
+        real_time_factor=0.0,
+        stop_time=0.5,
+        record='true',
+        record_path=tmp_path / 'bag',
+    )
+    peer = meet(node)
+    partner = Partner(
+        peer.node,
+        lambda states: dict.fromkeys(ROTORS, (0, 0, 1.2 * 9.81 / 4, 0, 0, 0)),
+        bodies=['drone'],
+        topics=ROTORS[::-1],
+        namespace=peer.namespace,
+        spins=True,
+    )
+    assert partner.spin(until=0.5, patience=PATIENCE)['drone'].position[2] == pytest.approx(
+        10.0, abs=1e-12
+    )  # [m] round-off
+    assert node.wait() == 0
+    commands = list(Bag(tmp_path / 'bag').messages([f'{node.namespace}/drone/wrench']))
+    frames = [decode(Wrench.TYPE, one.data).frame_id for one in commands]
+    assert frames == [entry.partition('@')[2] for entry in ROTORS] * 50
 
 
 def message_of(node, message):
