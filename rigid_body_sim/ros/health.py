@@ -35,6 +35,7 @@ class Health:
     accepted, refused    : commands; refused ones by reason
     lost                 : commands that never came, as far as the middleware tells; None: there
                            are too many topics to ask
+    unread               : commands that had come when the run ended, and that it did not look at
     bag                  : what is recorded to; empty when nothing is
     deepest_gap          : smallest distance of two bodies in contact [m], negative: they
                            overlapped; None where nothing touched
@@ -72,6 +73,7 @@ class Health:
     looks: str = ''
     failure: str = ''
     lost: int | None = 0
+    unread: int = 0
     lockstep: LockstepFigures | None = None
     pauses: int = 0
 
@@ -130,6 +132,8 @@ class Health:
             'recording': self.bag,
             'integrator': self.integrator,
         }
+        if self.unread:
+            texts['unread commands'] = str(self.unread)
         if self.lockstep is not None:
             texts |= self.lockstep.values()
         texts |= self._balance_values()
@@ -170,7 +174,8 @@ class Health:
             f'{self.tick} ticks, {self.time:g} s; {self._pauses()}overruns {self.overruns}, lags '
             f'{self.lags}, largest lateness {self.largest_lateness * 1e3:.3f} ms, last '
             f'{self.last_lateness * 1e3:.3f} ms; commands {self.accepted}, refused '
-            f'{sum(self.refused.values())}{f", lost {self.lost}" if self.lost else ""}; '
+            f'{sum(self.refused.values())}{f", lost {self.lost}" if self.lost else ""}'
+            f'{f", unread at the end {self.unread}" if self.unread else ""}; '
             f'{self._energy()}'
         )
 

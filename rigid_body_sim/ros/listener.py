@@ -15,6 +15,7 @@ other, and one of them sleeps on although they came.
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from typing import Any
@@ -26,7 +27,11 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.subscription import Subscription
 
 WAIT = 1_000_000_000  # [ns] between looks whether to end, if nobody wakes it
+LONGEST_DRAIN = (
+    5_000_000  # [ns] of one topic in a row; then others, and whoever waits, have a turn
+)
 
+FOR_EVER = 2**63  # [ns]
 Taker = Callable[[bytes], object]
 
 
@@ -44,9 +49,11 @@ class OwnWaitSet:
 
     takers : subscription -> function, called with the bytes of each message by the thread that
              waits
+    unread : messages that had come and that nobody took; known when it is closed
     """
 
     def __init__(self, context: Context, takers: Mapping[Subscription, Taker]) -> None:
+        self.unread = 0
         assert context.handle is not None  # it was initialised before a node was made
         self._guard = GuardCondition(None, None, context=context)
         self._kept = ExitStack()
@@ -59,7 +66,10 @@ class OwnWaitSet:
         )
 
     def wait(self, longest: int) -> None:
-        """Take what has come, or comes within so many nanoseconds."""
+        """
+        Take what has come, or comes within so many nanoseconds; of much that has, a part: the
+        next call goes on with it.
+        """
         wait_set = self._wait_set
         wait_set.clear_entities()
         for handle in self._handles:
@@ -67,12 +77,12 @@ class OwnWaitSet:
         wait_set.add_guard_condition(self._guard.handle)
         wait_set.wait(max(0, longest))
         for pointer in wait_set.get_ready_entities('subscription'):
-            _take_all(*self._takers[pointer])
+            _take(*self._takers[pointer], until=time.monotonic_ns() + LONGEST_DRAIN)
 
     def take(self) -> None:
-        """Take what has come."""
+        """Take all that has come."""
         for subscription, taker in self._takers.values():
-            _take_all(subscription, taker)
+            _take(subscription, taker)
 
     def wake(self) -> None:
         """Let the thread that waits, or will wait next, go on at once; from any thread."""
@@ -80,6 +90,7 @@ class OwnWaitSet:
 
     def close(self) -> None:
         """Let go of the subscriptions; no thread waits any more."""
+        self.unread = sum(_take(one, _nobody) for one, _ in self._takers.values())
         self._kept.close()
         self._guard.destroy()
 
@@ -89,12 +100,14 @@ class Listener:
     Calls a function with the bytes of each message.
 
     takers : subscription -> function; called in the listener's thread
+    unread : messages that had come and that nobody took; known when it has stopped
     """
 
     def __init__(self, context: Context, takers: Mapping[Subscription, Taker]) -> None:
         self._context = context
         self._takers = takers
         self._ending = False
+        self.unread = 0
         self._wait_set: OwnWaitSet | None = None
         self._thread = threading.Thread(target=self._listen, name='listener', daemon=True)
 
@@ -110,6 +123,7 @@ class Listener:
             self._wait_set.wake()
             self._thread.join()
             self._wait_set.close()
+            self.unread = self._wait_set.unread
 
     def _listen(self) -> None:
         assert self._wait_set is not None
@@ -117,6 +131,20 @@ class Listener:
             self._wait_set.wait(WAIT)
 
 
-def _take_all(subscription: Subscription, taker: Taker) -> None:
+def _take(subscription: Subscription, taker: Taker, *, until: int = FOR_EVER) -> int:
+    """
+    Take what has come, up to a time [ns] of the monotonic clock.
+
+    returns : number of messages
+    """
+    count = 0
     while (taken := subscription.handle.take_message(subscription.msg_type, True)) is not None:
         taker(taken[0])
+        count += 1
+        if time.monotonic_ns() >= until:
+            break
+    return count
+
+
+def _nobody(_: bytes) -> None:
+    """Count a message, and leave it at that."""

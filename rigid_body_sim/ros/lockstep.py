@@ -27,6 +27,7 @@ from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.errors import nearest
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.ros.inbox import Inbox
+from rigid_body_sim.ros.remarks import Remark
 from rigid_body_sim.runs.asked_states import KIND as SET_STATE
 from rigid_body_sim.runs.commands import Command, CommandRules, frame_id_of
 
@@ -228,7 +229,7 @@ class Gate:
         for slot in self._slots:
             slot.waiting, slot.trouble = None, ''
 
-    def receive(self, body: str, kind: str, data: bytes) -> str | None:
+    def receive(self, body: str, kind: str, data: bytes) -> Remark | None:
         """
         Judge what came on a topic, and offer it.
 
@@ -244,18 +245,23 @@ class Gate:
             return self._refused(body, kind, self.inbox.refuse(self._not_listed(command, frame)))
         dropped = self.offer(index, command)
         if dropped == DIFFERENT:
-            return (
-                f'{self.terms.topics[index]}: the state of {command.stamp_ns * 1e-9:g} s was '
-                'answered a second time and differently; the first answer counts'
+            topic = self.terms.topics[index]
+            return Remark(
+                f'{topic} {dropped}',
+                f'{topic}: the state of {command.stamp_ns * 1e-9:g} s was answered a second time '
+                'and differently; the first answer counts',
             )
-        return _several_frames(self.unlisted[index]) if dropped == OTHER_FRAME else None
+        if dropped == OTHER_FRAME:
+            said = _several_frames(self.unlisted[index])
+            return Remark(said, said)
+        return None
 
-    def _refused(self, body: str, kind: str, reason: str) -> str:
+    def _refused(self, body: str, kind: str, reason: str) -> Remark:
         """Keep in mind why places stay empty."""
         for place in self._places[body, kind].values():
             if self._slots[place].waiting is None:
                 self._slots[place].trouble = f'refused: {reason}'
-        return f'refused: {reason}'
+        return Remark(reason, f'refused: {reason}')
 
     def _not_listed(self, command: Command, frame: str) -> str:
         listed = ', '.join(self._places[command.body, command.kind])

@@ -37,6 +37,7 @@ from rigid_body_sim.ros.listener import Listener, OwnWaitSet, Taker
 from rigid_body_sim.ros.lockstep import Gate
 from rigid_body_sim.ros.neighbours import Neighbours
 from rigid_body_sim.ros.publishing import Senders
+from rigid_body_sim.ros.remarks import Remarks
 from rigid_body_sim.ros.requests import ENDED, Answer, Answered, Request
 from rigid_body_sim.ros.run_loop import RunLoop
 from rigid_body_sim.runs.commands import KINDS
@@ -64,6 +65,9 @@ class SimNode(Node):
             self, clock=self.resolve_topic_name(CLOCK_TOPIC) if self.settings.publish_clock else ''
         )
         self._health: Health | None = None
+        self._door: OwnWaitSet | None = None
+        self._remarks = Remarks()  # of the listener's thread
+        self._answer_remarks = Remarks()  # of the thread that waits for answers
 
     def open_topics(
         self, topics: Sequence[Topic], bodies: Sequence[str], inbox: Inbox, gate: Gate | None
@@ -128,19 +132,20 @@ class SimNode(Node):
 
     def _receive(self, inbox: Inbox, body: str, kind: str, data: bytes) -> None:
         reason = inbox.receive(body, kind, data)
-        if reason is not None:
-            self.get_logger().warning(f'refused: {reason}', throttle_duration_sec=1.0)
+        if reason is not None and self._remarks.is_due(reason):
+            self.warn(f'refused: {reason}')
 
     def _answer(self, gate: Gate, body: str, kind: str, data: bytes) -> None:
-        warning = gate.receive(body, kind, data)
-        if warning is not None:
-            self.get_logger().warning(warning, throttle_duration_sec=1.0)
+        remark = gate.receive(body, kind, data)
+        if remark is not None and self._answer_remarks.is_due(remark.cause):
+            self.warn(remark.text)
 
     def open_door(self, gate: Gate) -> OwnWaitSet:
         """Make what a run in lock-step waits with; call its `close` when the run has ended."""
         answering = self._answering.items()
         takers = {one: partial(self._answer, gate, *target) for target, one in answering}
-        return OwnWaitSet(self.context, takers)
+        self._door = OwnWaitSet(self.context, takers)
+        return self._door
 
     def links(self) -> Hashable:
         """Tell who is connected by states and answers: it changes with them."""
@@ -195,7 +200,8 @@ class SimNode(Node):
         if self._health is None:
             return None
         warnings = (*self._health.warnings, *self._neighbours.warnings)
-        return replace(self._health, lost=self._endpoints.lost, warnings=warnings)
+        unread = self.listener.unread + (self._door.unread if self._door is not None else 0)
+        return replace(self._health, lost=self._endpoints.lost, unread=unread, warnings=warnings)
 
     def _look_around(self) -> None:
         before = self._neighbours.warnings
