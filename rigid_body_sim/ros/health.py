@@ -29,7 +29,7 @@ class Health:
 
     pauses               : how often it was paused, at its start too
     factor_asked         : real-time factor asked for; 0: as fast as possible
-    factor               : reached in the last period
+    factor               : reached in the last period, at least in a second
     overruns, lags       : see `Pacer`
     largest_lateness, last_lateness : [s]
     accepted, refused    : commands; refused ones by reason

@@ -15,9 +15,14 @@ decides when ticks run, never what they compute.
 
 from __future__ import annotations
 
+from collections import deque
+
 LONGEST_LAG = (
     1_000_000_000  # [ns] that a run catches up; more would be a long rush after each suspend
 )
+# [ns] over which the real-time factor is measured; what one late tick is of less looks like a run
+# that is slow
+LEAST_WINDOW = 1_000_000_000
 SHORTEST_NAP = 1_000_000  # [ns] between wake-ups; shorter ticks are done in groups
 
 
@@ -37,8 +42,8 @@ class Pacer:
         self.largest_lateness = 0
         self.last_lateness = 0
         self.lags = 0
-        self._window_start = now
-        self._window_ticks = 0
+        self._counted = 0
+        self._looks: deque[tuple[int, float]] = deque()  # when, and what was claimed then
         self.set_factor(factor, now)
 
     def set_factor(self, factor: float, now: int) -> None:
@@ -52,7 +57,8 @@ class Pacer:
         """Count deadlines from now on: after a pause, a reset, a change of the factor."""
         self._anchor = now
         self._done = 0
-        self._window_start, self._window_ticks = now, 0
+        self._looks.clear()
+        self._looks.append((now, self._counted))
 
     @property
     def deadline(self) -> int:
@@ -85,11 +91,29 @@ class Pacer:
 
     def count(self, ticks: int) -> None:
         """Count ticks that have no deadline."""
-        self._window_ticks += ticks
+        self._counted += ticks
+
+    def _claimed(self, now: int) -> float:
+        """
+        Ticks that count as done: those that are, and of the one (or the group) whose deadline is
+        to come the share of its time that has passed.
+
+        Whole ticks in a window are one more or less by where the window ends.
+        """
+        if not self.factor:
+            return self._counted
+        passed = (now - self._anchor) / self._period - self._done
+        return self._counted + min(max(passed, 0.0), self._group)
 
     def factor_reached(self, now: int) -> float:
-        """Real-time factor since the last call or restart."""
-        wall = now - self._window_start
-        reached = self._window_ticks * self._dt_ns / wall if wall > 0 else 0.0
-        self._window_start, self._window_ticks = now, 0
-        return reached
+        """
+        Real-time factor since the last call or restart; where that is less than LEAST_WINDOW ago,
+        since one before it.
+        """
+        claimed, looks = self._claimed(now), self._looks
+        while len(looks) > 1 and looks[1][0] <= now - LEAST_WINDOW:
+            looks.popleft()
+        begin, before = looks[0]
+        looks.append((now, claimed))
+        wall = now - begin
+        return (claimed - before) * self._dt_ns / wall if wall > 0 else self.factor

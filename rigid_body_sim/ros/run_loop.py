@@ -125,6 +125,7 @@ class RunLoop:
         self._start: tuple[Batch, ...] = ()
         self._start_tick = run.simulation.tick
         self._breath = 0
+        self._over = NEVER  # [ns] when the last tick was done
         now = time.monotonic_ns()
         self._next_repeat = now
         self._next_report = now + self._report_period
@@ -135,6 +136,7 @@ class RunLoop:
     def run(self) -> None:
         """Run to the end and close the bag: the whole life of the thread."""
         ending = self._guarded(self._loop)
+        self._over = time.monotonic_ns()  # to close a bag is no time of the run
         closing = self._guarded(lambda: self._close(ending.reason))
         self.ending = ending if ending.problem is not None else closing
         self._refuse_the_rest()
@@ -531,7 +533,7 @@ class RunLoop:
             pauses=self._pauses,
             lockstep=lockstep,
             factor_asked=pacer.factor,
-            factor=pacer.factor_reached(now),
+            factor=0.0 if self._paused else pacer.factor_reached(min(now, self._over)),
             overruns=pacer.overruns,
             lags=pacer.lags,
             largest_lateness=pacer.largest_lateness * 1e-9,

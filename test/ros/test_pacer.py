@@ -66,6 +66,46 @@ def test_the_real_time_factor_is_the_share_of_ticks_in_wall_time(factor):
     assert pacer.overruns == 0
 
 
+@pytest.mark.parametrize('period', [50, 70, 100, 1000, 1037])  # [ms]
+@pytest.mark.parametrize('dt', [1, 10, 100, 700])  # [ms]
+def test_a_run_that_keeps_pace_reaches_the_factor_whenever_one_looks(dt, period):
+    """
+    It does each tick at its deadline, or 0.3 ms later, and is looked at before or after it.
+    """
+    pacer, look = Pacer(dt_ns=dt * MS, factor=1.0, now=0), period * MS
+    for late in (0, 300_000) * 20:
+        while look <= pacer.deadline + late:
+            assert pacer.factor_reached(look) == pytest.approx(1.0, abs=0.01)
+            look += period * MS
+        now = pacer.deadline + late
+        pacer.begin(pacer.due(now), now)
+
+
+def test_a_run_at_half_its_pace_reaches_half_the_factor_also_where_lags_are_given_up():
+    pacer, reached = Pacer(dt_ns=100 * MS, factor=1.0, now=0), []
+    for k in range(1, 200):
+        now = k * 200 * MS
+        pacer.begin(min(1, pacer.due(now)), now)
+        if k % 10 == 0:
+            reached.append(pacer.factor_reached(now))
+    assert pacer.lags
+    assert reached[1:] == pytest.approx([0.5] * len(reached[1:]), abs=0.051)  # a tick of twenty
+
+
+def test_a_run_that_stands_still_reaches_nothing():
+    pacer = Pacer(dt_ns=MS, factor=1.0, now=0)
+    pacer.factor_reached(1000 * MS)
+    assert pacer.factor_reached(2000 * MS) == 0.0
+
+
+def test_a_look_just_after_a_change_of_the_factor_finds_the_new_one():
+    pacer = Pacer(dt_ns=100 * MS, factor=0.0, now=0)
+    pacer.begin(50, MS)
+    pacer.set_factor(1.0, 2 * MS)
+    assert pacer.factor_reached(2 * MS) == 1.0
+    assert pacer.factor_reached(2 * MS + 1000) == pytest.approx(1.0, rel=1e-9)
+
+
 def test_a_change_of_the_factor_counts_deadlines_anew():
     pacer = Pacer(dt_ns=MS, factor=1.0, now=0)
     pacer.begin(pacer.due(10 * MS), 10 * MS)
