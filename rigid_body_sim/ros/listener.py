@@ -27,10 +27,7 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.subscription import Subscription
 
 WAIT = 1_000_000_000  # [ns] between looks whether to end, if nobody wakes it
-LONGEST_DRAIN = (
-    5_000_000  # [ns] of one topic in a row; then others, and whoever waits, have a turn
-)
-
+LONGEST_DRAIN = 5_000_000  # [ns] of one topic in a row; then others and whoever waits have a turn
 FOR_EVER = 2**63  # [ns]
 Taker = Callable[[bytes], object]
 
