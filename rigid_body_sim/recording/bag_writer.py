@@ -155,10 +155,11 @@ class BagWriter:
         """Hand everything recorded so far to the operating system."""
         self._queue.flush()
 
-    def close(self, ending: Mapping[str, str]) -> None:
+    def close(self, ending: Mapping[str, str], last: Iterable[Batch] = ()) -> None:
         """
         Finish the bag; a second call does nothing.
 
+        last   : what is still to be recorded
         ending : how the run ended, as strings; the only place for wall-clock values; checksums of
                  the messages and of itself are added
         """
@@ -166,7 +167,11 @@ class BagWriter:
             return
         self._closed = True
         try:
-            self._queue.stop()
+            try:
+                for batch in last:
+                    self.write(batch)
+            finally:
+                self._queue.stop()
             self._raise_failure()
             self._look_after_it()
             self._file.write_metadata(ENDING, sealed({**ending, **self._file.checksums()}))

@@ -16,7 +16,8 @@ The topic `<node>/impacts` (`~/impacts` of the node) holds a point for each impa
     sec nanosec      start of the tick of the simulation in which it happened
     remainder [s]    from there to its instant
 
-The stamp is that of the states published with it. Nothing is written where nothing happened.
+The stamp is that of the states published with it; where a run or a recording ends between two
+published ticks, that of its end. Nothing is written where nothing happened.
 """
 
 from __future__ import annotations

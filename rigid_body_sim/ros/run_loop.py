@@ -152,6 +152,7 @@ class RunLoop:
 
     def _close(self, reason: str) -> str:
         self._bags.stop(reason)
+        self._publish_rest()
         return reason
 
     def _loop(self) -> str:
@@ -235,6 +236,11 @@ class RunLoop:
         if self._lockstep is not None:
             self._lockstep.reach(self._start_tick, self._start, now)
         self._repeat_start(now, at_once=True)
+
+    def _publish_rest(self) -> None:
+        """Publish what no published tick will tell, as the run ends or is put back."""
+        for batch in self._run.rest():
+            self._publish(batch)
 
     def _repeat_start(self, now: int, *, at_once: bool = False) -> None:
         """Publish them again if it is time and no tick was done since."""
@@ -480,6 +486,7 @@ class RunLoop:
         recorded = self._bags.is_open
         self._bags.stop('reset')
         self._inbox.clear()
+        self._publish_rest()
         self._run.reset(goes_on)
         said = f'reset at {self._where()}; time goes on'
         if recorded:

@@ -4,16 +4,23 @@
 
 from __future__ import annotations
 
+import json
 import sys
+from dataclasses import fields
+
+import numpy as np
 
 from rigid_body_sim.physics.forces.held_wrenches import FOREVER, Slot, is_source
+from rigid_body_sim.physics.state.impacts import KINDS, NO_IMPACTS, Impacts
 from rigid_body_sim.recording.marker_packing import Shown
 from rigid_body_sim.recording.record_values import RecordValues
 from rigid_body_sim.runs.viewing import ViewSettings, shown_of
 
+IMPACTS_AT_START = 'impacts_at_start'  # key; bags without it end with their last published tick
 MOST_TICKS = 2**32 - 1  # a sequence number has 32 bits
 MOST_NS = 2**31 * 10**9  # [ns] a ROS stamp counts 2^31 s
 MOST_TIMEOUT_NS = 10**30  # [ns]
+IMPACT_TYPES = (int, float, int, float, float, float, float, int)  # of the fields of `Impacts`
 
 
 class ManifestValues(RecordValues):
@@ -54,6 +61,29 @@ class ManifestValues(RecordValues):
         except ValueError as error:
             raise self.refusal(key, value, 'two lists of bodies and a count') from error
 
+    def impacts(self, key: str, bodies: int) -> Impacts:
+        """Return impacts, as `impacts_text` wrote them; none in old recordings."""
+        rows = self.json(key, '[]')
+        if not isinstance(rows, list) or not all(_is_impact(row, bodies) for row in rows):
+            raise self.refusal(
+                key,
+                rows,
+                'a list of (start of the tick [ns], remainder, two places, point, normal, '
+                'impulse, approach, kind)',
+            )
+        if not rows:
+            return NO_IMPACTS
+        columns = zip(*rows, strict=True)
+        return Impacts(
+            *(np.array(column, kind) for column, kind in zip(columns, IMPACT_TYPES, strict=True))
+        )
+
+
+def impacts_text(found: Impacts) -> str:
+    """Write impacts for a manifest: a row each; floats survive JSON to the bit."""
+    columns = [getattr(found, each.name).tolist() for each in fields(found)]
+    return json.dumps(list(zip(*columns, strict=True)))
+
 
 def _is_place(value: object, count: int) -> bool:
     return isinstance(value, int) and not isinstance(value, bool) and 0 <= value < count
@@ -71,6 +101,21 @@ def _is_slot(value: object, bodies: int) -> bool:
         and _is_vector(torque)
         and isinstance(turns, bool)
         and _is_place(until, max(FOREVER, MOST_TIMEOUT_NS) + 1)
+    )
+
+
+def _is_impact(value: object, bodies: int) -> bool:
+    if not isinstance(value, list) or len(value) != len(IMPACT_TYPES):
+        return False
+    tick_ns, remainder, pair, *vectors, approach, kind = value
+    return (
+        _is_place(tick_ns, MOST_NS)
+        and isinstance(pair, list)
+        and len(pair) == 2
+        and all(_is_place(place, bodies) for place in pair)
+        and all(map(_is_vector, vectors))
+        and _is_vector([remainder, approach, 0.0])
+        and _is_place(kind, len(KINDS))
     )
 
 

@@ -17,6 +17,7 @@ from rigid_body_sim.recording.topics import CLOCK_TOPIC, command_topics
 from rigid_body_sim.runs import choices
 from rigid_body_sim.runs.commands import Command, decode, topics_of
 from rigid_body_sim.runs.manifest_values import (
+    IMPACTS_AT_START,
     MOST_NS,
     MOST_TICKS,
     MOST_TIMEOUT_NS,
@@ -37,7 +38,8 @@ class RecordedRun:
     """
     A bag of this package, opened to be run again.
 
-    bag : what is at the path, if it was opened before
+    bag        : what is at the path, if it was opened before
+    tells_rest : whether its end tells `Run.rest`: not in what was cut off, nor in old recordings
     """
 
     def __init__(self, path: Path, bag: Bag | None = None) -> None:
@@ -81,9 +83,11 @@ class RecordedRun:
         )
         self.look_every = values.integer('look_every', 0, 2**63 - 1, '0')
         self.last_tick = self._last_tick()
+        self.tells_rest = self.bag.ending is not None and IMPACTS_AT_START in manifest
         self._held = values.held('held_at_start', len(bodies))
         self._shown = values.shown('shown_at_start', len(bodies))
         self._touching = values.places('touching_at_start', len(bodies), '[]')
+        self._untold = values.impacts(IMPACTS_AT_START, len(bodies))
         self._command_topics = topics_of(bodies, namespace=self.settings.namespace)
         self._choices_topic = choices.topic_of(self.settings.namespace).name
         with interpreting(path):
@@ -210,6 +214,7 @@ class RecordedRun:
         if run.contact_packer is not None:
             run.contact_packer.touching = self._touching
         run.viewing.shown = self._shown
+        run.untold_impacts = self._untold
         self._check_topics(run)
         return run
 

@@ -29,6 +29,7 @@ from rigid_body_sim.recording.bag_writer import BagWriter
 from rigid_body_sim.recording.topics import Topic, command_topics
 from rigid_body_sim.runs import choices
 from rigid_body_sim.runs.commands import KINDS
+from rigid_body_sim.runs.manifest_values import IMPACTS_AT_START, impacts_text
 from rigid_body_sim.runs.run import Run, TickOutput
 from rigid_body_sim.runs.viewing import shown_text
 from rigid_body_sim.stop_signals import STOP, Stopped
@@ -115,6 +116,7 @@ class RunRecorder:
             'touching_at_start': json.dumps(_touching(run)),
             'view': settings.view.as_text(),
             'shown_at_start': shown_text(run.viewing.shown),
+            IMPACTS_AT_START: impacts_text(run.untold_impacts),
             'namespace': settings.namespace,
             'world_frame': settings.world_frame,
             'bodies': json.dumps([body.name for body in scene.bodies]),
@@ -168,7 +170,7 @@ class RunRecorder:
         ending = self.ending(reason)
         if self._writer is not None:
             self._write_choices()
-            self._writer.close(ending)
+            self._writer.close(ending, self._run.rest())
 
     def ending(self, reason: str) -> dict[str, str]:
         """Say how the run ended, if it ends here."""

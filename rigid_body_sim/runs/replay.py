@@ -189,6 +189,8 @@ def _replayed(
         yield from choices.messages(run, changes)
         changes = len(run.simulation.choices)
         yield from taken.batches
+    if recorded.tells_rest:
+        yield from run.rest()
 
 
 def _advance(

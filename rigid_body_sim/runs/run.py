@@ -332,16 +332,33 @@ class Run:
         return self.simulation.scene.contact.get('mode', 'none') != 'none'
 
     def _step(self, ticks: int) -> None:
-        self.simulation.step(ticks)
+        try:
+            self.simulation.step(ticks)
+        except SimulationDiverged:  # the ticks before are done
+            self._note_impacts()
+            raise
+        self._note_impacts()
         if self.has_contact:
             self._check_overlaps()
-        if self._impact_packer is not None:
-            self._impacts.append(self.simulation.impacts())
         if self._reference is not None:
             try:
                 self._reference.step(ticks)
             except SimulationDiverged:  # the run itself is well: only the estimate is lost
                 self._reference = None
+
+    def _note_impacts(self) -> None:
+        """Keep the impacts of the ticks that were done last."""
+        if self._impact_packer is not None:
+            self._impacts.append(self.simulation.impacts())
+
+    @property
+    def untold_impacts(self) -> Impacts:
+        """Impacts at their instants since the last published tick: the next one tells them."""
+        return joined(self._impacts)
+
+    @untold_impacts.setter
+    def untold_impacts(self, impacts: Impacts) -> None:
+        self._impacts = [impacts]
 
     def error_estimate(self) -> ErrorEstimate | None:
         """Estimate how wrong the states are by now; None where nobody asked for it."""
@@ -588,18 +605,24 @@ class Run:
 
     def _pack_contacts_and_views(self, force: Array, torque: Array) -> tuple[Batch, ...]:
         """Pack what lies between the wrenches of a tick and its states."""
-        impacts = self._pack_impacts()
-        others = self._pack_contacts_with_views(force, torque)
-        return others if impacts is None else (impacts, *others)
+        impacts = self.rest()
+        self._impacts = []
+        return (*impacts, *self._pack_contacts_with_views(force, torque))
 
-    def _pack_impacts(self) -> Batch | None:
+    def rest(self) -> tuple[Batch, ...]:
+        """
+        Pack what no message has told of the ticks that are done: the impacts since the last
+        published tick. Where the run ends, or a recording of it, nothing else will tell them;
+        where it goes on, its next published tick tells them all the same.
+        """
         if self._impact_packer is None:
-            return None
-        found, self._impacts = joined(self._impacts), []
-        return self._impact_packer.pack(
+            return ()
+        found = self.untold_impacts
+        batch = self._impact_packer.pack(
             self.simulation.tick,
             **{each.name: getattr(found, each.name) for each in fields(found)},
         )
+        return () if batch is None else (batch,)
 
     def _pack_contacts_with_views(self, force: Array, torque: Array) -> tuple[Batch, ...]:
         drawn = self.has_contact and self.viewing.shows_contacts(self.simulation.tick)

@@ -12,9 +12,16 @@ import time
 import pytest
 from geometry_msgs.msg import Vector3Stamped, WrenchStamped
 
+from rigid_body_sim.analysis.recorded_impacts import read_impacts
+from rigid_body_sim.physics.simulation import Simulation
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.recording.cdr import WrenchStamped as Applied
+from rigid_body_sim.ros.bags import Bags
+from rigid_body_sim.ros.inbox import Inbox
+from rigid_body_sim.ros.run_loop import RunLoop
+from rigid_body_sim.runs.run import Run, RunSettings
+from rigid_body_sim.scene import load_scene
 
 DT_NS = 1_000_000
 
@@ -152,6 +159,56 @@ def test_a_reset_ends_the_bag_and_begins_another(start_node, meet, run_verb):
     for bag, begins in ((first, 0), (second, 25)):  # with the states of their first instant
         assert next(m.sequence for m in bag.messages(['/clock'])) == begins
     assert replayed(run_verb, second.path)['identical']
+
+
+# Falls for 25.2 ticks.
+DROPPED = """
+dt: 0.004
+gravity: [0, 0, -9.81]
+contact: {mode: event}
+bodies:
+  - {name: ground, shape: {type: plane, normal: [0, 0, 1]}, restitution: 1}
+  - {name: ball, shape: {type: sphere, radius: 0.1}, mass: 2, initial: {position: [0, 0, 0.15]}}
+"""
+
+
+def test_impacts_that_no_published_tick_tells_are_published_at_the_end():
+    run = Run(Simulation(load_scene(DROPPED.encode())), RunSettings(publish_every=25))
+    published = []
+    loop = RunLoop(
+        run, inbox=Inbox(run.rules), bags=Bags(run, None), publish=published.append, report=id,
+        report_period=1.0, factor=0.0, stop_time=0.12, paused=False,
+    )  # fmt: skip
+    loop.run()
+    assert loop.ending.problem is None
+    (told,) = (batch for batch in published if batch.layout.topics[0].name.endswith('/impacts'))
+    assert told is published[-1]
+    assert told.times == (30 * 4_000_000,)
+
+
+def test_impacts_that_no_published_tick_tells_come_before_a_reset_and_into_each_bag(
+    start_node, meet, run_verb, tmp_path
+):
+    path = tmp_path / 'dropped.yaml'
+    path.write_text(DROPPED)
+    node = start_node(
+        scene=path, record='true', record_path='run', start_paused='true', step_count=30,
+        publish_rate=10.0,
+    )  # fmt: skip
+    peer = meet(node)
+    told = peer.listen('rigid_body_sim/impacts', cdr.PointCloud2)
+    assert peer.trigger('step').success  # 25 was published last
+    assert peer.trigger('reset').success
+    peer.until(lambda: told, 'the impact before the reset')
+    assert (told[0].sec, told[0].nanosec) == (0, 30 * 4_000_000)
+    assert peer.trigger('step').success  # 50 was published last
+    assert node.stop() == 0
+    for name, tick in (('run', 25), ('run_2', 55)):
+        bag = Bag(node.folder / name)
+        (recorded,) = bag.messages([f'{node.namespace}/rigid_body_sim/impacts'])
+        assert name == 'run_2' or recorded.data == cdr.encode(told[0])
+        assert read_impacts(bag).tick_ns.tolist() == [tick * 4_000_000]
+        assert replayed(run_verb, bag.path)['identical']
 
 
 def test_what_a_service_began_to_record_is_recorded_behind_a_reset_too(start_node, meet, run_verb):
