@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """
 Makes the publishers and subscriptions of a node, with the quality of service that the user gave
-for a topic, and counts the messages that the middleware says were lost on their way here.
+for a topic, counts the messages that the middleware says were lost on their way here, and knows
+the peers whose quality of service does not fit.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import time
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from functools import partial
+from itertools import product
 from typing import Any
 
 from rcl_interfaces.msg import Log, ParameterEvent
@@ -19,7 +21,12 @@ from rclpy.exceptions import InvalidParameterTypeException
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.publisher import Publisher
-from rclpy.qos import QoSProfile
+from rclpy.qos import (
+    QoSCompatibility,
+    QoSProfile,
+    qos_check_compatible,
+    qos_policy_name_from_kind,
+)
 from rclpy.qos_overriding_options import InvalidQosOverridesError
 from rclpy.subscription import Subscription
 
@@ -28,6 +35,9 @@ from rigid_body_sim.ros.listener import NotForExecutors
 from rigid_body_sim.ros.qos import MOST_WATCHED
 from rigid_body_sim.ros.qos_overrides import ALLOWED, PUBLISHER, SUBSCRIPTION, QosOverrides
 
+MOST_MISFITS = 20  # [topics] that are looked at for peers that do not fit
+PEER_OF = {PUBLISHER: 'subscription', SUBSCRIPTION: 'publisher'}
+WITHOUT = {PUBLISHER: 'it gets nothing', SUBSCRIPTION: 'nothing comes from it'}
 TELL_EVERY = 5.0  # [s] between two lines that say how many are made
 _REFUSALS = (
     InvalidParameterTypeException,
@@ -56,6 +66,7 @@ class Endpoints:
         self._asked = 0
         self._began = self._told = 0.0
         self._lost: dict[int, int] = {}  # by subscription
+        self._misfitting: dict[tuple[str, str], None] = {}  # those that a peer did not fit once
         self._taken: dict[tuple[str, str], tuple[str, type]] = {}  # wire name -> own name, type
         self.claim('topic', '/rosout', Log)  # every node has these two
         self.claim('topic', '/parameter_events', ParameterEvent)
@@ -119,16 +130,20 @@ class Endpoints:
         self._note_made()
         name = self.claim('topic', topic, kind)
         options = self._overrides.options(name, PUBLISHER)
-        events = PublisherEventCallbacks(use_default_callbacks=self.watched)
-        if options is None:
-            return self._node.create_publisher(kind, topic, profile, event_callbacks=events)
+        more: dict[str, Any] = {} if options is None else {'qos_overriding_options': options}
+        events = PublisherEventCallbacks(
+            incompatible_qos=partial(self._note_misfit, (PUBLISHER, name))
+            if self.watched
+            else None,
+            use_default_callbacks=self.watched,
+        )
         with _refusing(name):
             return self._node.create_publisher(
                 kind,
                 topic,
                 _copy(profile),
                 event_callbacks=events,
-                qos_overriding_options=options,
+                **more,
             )
 
     def subscription(
@@ -147,6 +162,9 @@ class Endpoints:
         place = len(self._lost)
         self._lost[place] = 0
         events = SubscriptionEventCallbacks(
+            incompatible_qos=partial(self._note_misfit, (SUBSCRIPTION, name))
+            if self.watched
+            else None,
             message_lost=partial(self._note_lost, place) if self.watched else None,
             use_default_callbacks=self.watched,
         )
@@ -161,6 +179,39 @@ class Endpoints:
                 event_callbacks=events,
                 **({} if options is None else {'qos_overriding_options': options}),
             )
+
+    def _note_misfit(self, place: tuple[str, str], event: Any) -> None:
+        """Say that a peer was found with which nothing can be exchanged, and remember where."""
+        what, name = place
+        policy = qos_policy_name_from_kind(event.last_policy_kind)
+        self._node.get_logger().warning(
+            f'{name}: found a {PEER_OF[what]} with incompatible QoS ({policy}); {WITHOUT[what]}'
+        )
+        if len(self._misfitting) < MOST_MISFITS:
+            self._misfitting[place] = None
+
+    def misfits(self) -> list[str]:
+        """One line for each peer that is there and whose quality of service does not fit."""
+        return [line for place in self._misfitting for line in self._misfits_of(*place)]
+
+    def _misfits_of(self, what: str, name: str) -> Iterator[str]:
+        node = self._node
+        named = node.get_name(), node.get_namespace()
+        publishers = node.get_publishers_info_by_topic(name)
+        subscriptions = node.get_subscriptions_info_by_topic(name)
+        ours, peers = publishers, subscriptions
+        if what == SUBSCRIPTION:
+            ours, peers = peers, ours
+        own = [info for info in ours if (info.node_name, info.node_namespace) == named][:1]
+        for end, peer in product(own, peers):
+            both = (end, peer) if what == PUBLISHER else (peer, end)
+            fit, why = qos_check_compatible(*(info.qos_profile for info in both))
+            if fit == QoSCompatibility.ERROR:
+                why = why.replace('ERROR: ', '').strip(' ;').replace(';', ', ')
+                yield (
+                    f'{name}: the {PEER_OF[what]} of {peer.node_namespace.rstrip("/")}/'
+                    f'{peer.node_name} has incompatible QoS ({why}); {WITHOUT[what]}'
+                )
 
     def _note_lost(self, place: int, status: Any) -> None:
         self._lost[place] = status.total_count

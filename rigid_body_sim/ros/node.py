@@ -199,7 +199,11 @@ class SimNode(Node):
         """Add to the figures of the run what only the node knows."""
         if self._health is None:
             return None
-        warnings = (*self._health.warnings, *self._neighbours.warnings)
+        warnings = (
+            *self._health.warnings,
+            *self._neighbours.warnings,
+            *self._endpoints.misfits(),
+        )
         unread = self.listener.unread + (self._door.unread if self._door is not None else 0)
         return replace(self._health, lost=self._endpoints.lost, unread=unread, warnings=warnings)
 

@@ -163,9 +163,37 @@ def test_an_impulse_is_the_same_whatever_the_tick_length(start_node, meet, messa
 def test_a_best_effort_publisher_is_reported(lab, messages):
     lab.sender('box/force', Vector3Stamped, 'best_effort').publish(messages.force(1, 0, 0))
     lab.until(lambda: 'incompatible QoS' in lab.node_process.said, 'a warning')
+    said = misfits(lab)
+    (line,) = lab.until(lambda: said[-1] if said and said[-1] else None, 'a warning of health')
+    assert 'box/force: the publisher of /peer_' in line
+    assert 'Best effort publisher and reliable subscription' in line
+    lab.node.destroy_publisher(lab._publishers.pop())
+    lab.until(lambda: not said[-1], 'health without one that has gone')
+
+
+def misfits(peer):
+    """
+    Warnings of each diagnostics about quality of service.
+    """
+    heard = []
+
+    def collect(array):
+        (status,) = array.status
+        if status.name == 'lab/rigid_body_sim: simulation':
+            texts = [v.value for v in status.values if v.key.startswith('warning')]
+            heard.append([text for text in texts if 'incompatible QoS' in text])
+            assert (status.level == b'\x01') or not texts
+
+    peer._subscriptions.append(
+        peer.node.create_subscription(DiagnosticArray, '/diagnostics', collect, 10)
+    )
+    return heard
 
 
 def test_a_best_effort_subscriber_sees_poses(lab):
+    said = misfits(lab)
     heard = lab.listen('box/pose', PoseStamped, 'best_effort')
     lab.until(lambda: len(heard) > 5, 'poses')
     assert heard[0].frame_id == 'world'
+    lab.until(lambda: len(said) > 3, 'diagnostics')
+    assert not any(said)
