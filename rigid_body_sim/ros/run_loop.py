@@ -140,6 +140,10 @@ class RunLoop:
         closing = self._guarded(lambda: self._close(ending.reason))
         self.ending = ending if ending.problem is not None else closing
         self._refuse_the_rest()
+        self.tell_the_end()
+
+    def tell_the_end(self) -> None:
+        """Report the figures of the end; again when nobody judges commands any more."""
         self._guarded(lambda: self._tell(time.monotonic_ns()))
 
     def _guarded(self, work: Callable[[], str]) -> Ending:

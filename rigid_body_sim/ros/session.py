@@ -364,6 +364,7 @@ def _spin(node: SimNode, loop: RunLoop, context: Context, more: Standard | None)
         loop.stop = True
         thread.join()
         node.listener.stop()
+        loop.tell_the_end()
         executor.shutdown()
     assert loop.ending is not None
     return loop.ending

@@ -4,6 +4,7 @@
 What comes faster than it is looked at keeps nobody waiting, and is counted.
 """
 
+import re
 import time
 
 from geometry_msgs.msg import Vector3Stamped
@@ -17,7 +18,7 @@ from rigid_body_sim.ros.remarks import MOST, WHILE, Remarks
 from ..patience import PATIENCE
 from .conftest import Peer, force
 
-SENT = 100  # [messages]
+SENT, FLOOD = 100, 5000  # [messages]
 
 
 def test_a_flood_is_taken_in_parts_in_its_order_and_what_is_left_is_counted():
@@ -48,6 +49,22 @@ def test_a_flood_is_taken_in_parts_in_its_order_and_what_is_left_is_counted():
     kind = cdr.Vector3Stamped.TYPE
     assert [cdr.decode(kind, data).vector[0] for data in taken] == list(range(len(taken)))
     peer.close()
+
+
+def test_every_command_that_came_is_in_the_last_line_looked_at_or_not(start_node, meet):
+    node = start_node(publish_clock='false')
+    peer = meet(node)
+    sender = peer.node.create_publisher(
+        Vector3Stamped, peer.full('box/force'), QoSProfile(depth=FLOOD)
+    )
+    peer.until(sender.get_subscription_count, 'the node')
+    peer.be_known()
+    for _ in range(FLOOD):
+        sender.publish(force(1, 0, 0, frame='nowhere'))
+    assert sender.wait_for_all_acked(Duration(seconds=PATIENCE))
+    assert node.stop() == 0
+    told = re.search(r'refused (\d+)(?:, unread at the end (\d+))?; ', node.said)
+    assert sum(map(int, filter(None, told.groups()))) == FLOOD
 
 
 def test_each_cause_is_told_once_in_a_while_and_of_many_the_first_few():
