@@ -184,3 +184,43 @@ def test_wheel_on_its_axle_is_driven_by_what_slides_over_it():
     # inertia 0.4 m R^2 seen at the rim is 0.4 m: p = 3 * 0.2 = (3 + 0.4) v
     assert sim.state.velocity[1, 0] == pytest.approx(0.6 / 3.4, rel=1e-3)
     assert 0.5 * sim.state.angular_velocity[0, 1] == pytest.approx(0.6 / 3.4, rel=1e-2)
+
+
+def test_contact_wrenches_are_the_whole_change_of_angular_momentum_about_a_pivot():
+    """
+    L' - L = (T + a x (F + m g)) dt, T about the centre of mass, with what ticks take back of
+    gains. A bar swings down onto a stop and a box falls onto the bar: of both gains are taken.
+    """
+    sim = simulation(
+        {'name': 'arm', 'shape': {'type': 'box', 'size': [1.0, 0.1, 0.1]}, 'mass': 1.0,
+         'pivot': {'point': [-0.5, 0, 0], 'at': [0, 0, 0]}, 'restitution': 0.7, 'friction': 0.1,
+         'initial': {'angular_velocity': [-2.5, 1.3, 8.4]}},
+        {'name': 'box', 'shape': {'type': 'box', 'size': [0.2, 0.2, 0.2]}, 'mass': 8.2,
+         'restitution': 0.5,
+         'initial': {'position': [0.5, 0, 0.2], 'velocity': [0.3, 0, -5],
+                     'angular_velocity': [-0.7, -0.8, 0.3]}},
+        {'name': 'stop', 'shape': {'type': 'box', 'size': [0.2, 0.2, 0.2]}, 'fixed': True,
+         'initial': {'position': [0.9, 0, -0.15]}},
+        gravity=G, substeps=1,
+    )  # fmt: skip
+
+    def about_pivot():
+        state = sim.state
+        return state.position[0].copy(), state.angular_momentum[0] + np.cross(
+            state.position[0], state.momentum[0]
+        )
+
+    taken = 0.0
+    for _ in range(40):
+        (begin, before), _ = about_pivot(), sim.step()
+        end, after = about_pivot()
+        found = sim.contacts()
+        if 0 not in found.damped:
+            continue
+        force, torque = sim.contact_wrench('arm')
+        weight = np.cross(0.5 * (begin + end), [0, 0, -G])
+        change = (torque + np.cross(end, force) + weight) * sim.dt
+        # points move by up to 4 mm in a tick, and with them the arms of 0.4 N s
+        assert after - before == pytest.approx(change, abs=1e-3)
+        taken = max(taken, np.linalg.norm(force) * sim.dt)
+    assert taken > 0.1

@@ -5,9 +5,11 @@
 import numpy as np
 import pytest
 
+from rigid_body_sim import Simulation, load_scene
 from rigid_body_sim.physics.model import rotation
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.bag_reader import Bag
+from rigid_body_sim.runs.felt_accelerations import felt_accelerations
 
 from .conftest import SCENES
 
@@ -49,3 +51,46 @@ def test_inverse_finds_the_force_of_the_pivot(verb, tmp_path):
     assert np.allclose(wrench[inner, :3], force, atol=1e-6)
     assert np.allclose(wrench[inner, 3:], np.cross(-center, force), atol=5e-3)
     assert np.allclose(rotation.rotate(pose[inner, 3:], (0, 0, 0.5)), center, atol=1e-12)
+
+
+def arm_on(support, **initial):
+    """A bar of 1 m that turns about its end, at the origin, and touches what supports it."""
+    arm = {
+        'name': 'arm',
+        'mass': 1.0,
+        'shape': {'type': 'box', 'size': [1.0, 0.1, 0.1]},
+        'pivot': {'point': [-0.5, 0, 0], 'at': [0, 0, 0]},
+        'initial': initial,
+    }
+    contact = {'mode': 'timestep'}
+    support = {'name': 'support', 'fixed': True, **support}
+    return Simulation(
+        load_scene(
+            {'dt': 0.004, 'gravity': [0, 0, -9.81], 'contact': contact, 'bodies': [support, arm]}
+        )
+    )
+
+
+def test_an_arm_that_rests_on_a_stop_feels_no_acceleration():
+    stop = {'shape': {'type': 'box', 'size': [0.2, 0.2, 0.2]}}
+    sim = arm_on({**stop, 'initial': {'position': [0.9, 0, -0.15]}})
+    sim.step(100)
+    linear, angular = felt_accelerations(sim)
+    # of 9.81 m/s^2 and 14.7 rad/s^2 what the solver leaves over
+    assert np.abs(linear).max() < 1e-6 and np.abs(angular).max() < 1e-6
+
+
+def test_an_arm_that_slides_round_its_pivot_feels_how_its_motion_changes():
+    floor = {'shape': {'type': 'plane', 'normal': [0, 0, 1]}, 'friction': 0.3}
+    sim = arm_on({**floor, 'initial': {'position': [0, 0, -0.05]}}, angular_velocity=[0, 0, 5.0])
+    sim.step(20)
+    before = sim.state
+    sim.step()
+    linear, angular = (found[1] for found in felt_accelerations(sim))
+    after, dt = sim.state, sim.dt
+    slowed = (after.angular_velocity - before.angular_velocity)[1] / dt
+    assert slowed[2] < -1.0
+    # of the mean over the tick, which its middle has and its end not: the arm turns by 0.02 rad
+    changed = (after.velocity - before.velocity)[1] / dt
+    for found, expected in ((angular, slowed), (linear, changed)):
+        assert np.linalg.norm(found - expected) < 0.02 * np.linalg.norm(expected)

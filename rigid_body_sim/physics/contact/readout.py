@@ -130,14 +130,20 @@ def together(pieces: Sequence[tuple[Contacts, Array]]) -> tuple[Contacts, Array]
     return contacts, which[chosen]
 
 
-def with_taken_back(contacts: Contacts, taken: Array, scene_indices: Indices) -> Contacts:
+def with_taken_back(
+    contacts: Contacts, taken: Array, scene_indices: Indices, pivoted: Sequence[int]
+) -> Contacts:
     """
-    Add to the contacts of a tick or piece what it took back.
+    Add to the contacts of a tick or piece what it took back. Of a body on a pivot that is a
+    couple, the same about its centre of mass as about the pivot: the momentum of its solver body
+    is what the pivot has taken of impulses, and not its own.
 
     taken         : see `energy.scratch`
     scene_indices : of the bodies in the order of the core
+    pivoted       : core indices of those on a pivot
     """
-    rows = taken[:-TAKEN].reshape(-1, TAKEN)[:, OF_MOMENTUM:OF_PLACE]
+    rows = taken[:-TAKEN].reshape(-1, TAKEN)[:, OF_MOMENTUM:OF_PLACE].copy()
+    rows[list(pivoted), :3] = 0.0
     damped = np.flatnonzero(rows.any(axis=1))
     return replace(contacts, damped=scene_indices[damped], taken_back=rows[damped])
 

@@ -370,7 +370,8 @@ class ContactWorld:
         )
         if len(manifolds):
             taken = self.arrays.taken_back
-            contacts = with_taken_back(contacts, taken, self._scene_indices)
+            pivoted = self._layout.pivoted
+            contacts = with_taken_back(contacts, taken, self._scene_indices, pivoted)
         return contacts, which
 
     def kernel(

@@ -40,7 +40,8 @@ class Contacts:
 
     damped     : (k,) int              scene indices of the bodies from which it was taken
     taken_back : (k, 6) [N s, N m s]   change of their momentum, and of their angular momentum
-                                       (about the centre of mass, or a pivot)
+                                       about the centre of mass; of a body on a pivot a couple,
+                                       the same about any point, for the pivot takes the rest
     """
 
     bodies: NDArray[np.int64]
