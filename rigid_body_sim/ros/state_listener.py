@@ -23,12 +23,11 @@ from rclpy.signals import SignalHandlerOptions
 from rigid_body_sim.errors import RunError, UserError
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model.scene import Scene
-from rigid_body_sim.recording import cdr
 from rigid_body_sim.ros import conversions
 from rigid_body_sim.ros.domain import check_domain
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.stop_signals import STOP
-from rigid_body_sim.view.growing_motion import GrowingMotion
+from rigid_body_sim.view.growing_motion import KINDS, GrowingMotion, tells_motion
 from rigid_body_sim.view.recorded_motion import RecordedMotion
 
 FINDING = 15.0  # [s] for a node to be found; discovery takes up to 2.5 s on a quiet machine
@@ -37,13 +36,6 @@ FIRST = 10.0  # [s] for the first state of all bodies; a paused node repeats it 
 ANSWER = 5.0  # [s] for a parameter
 DEPTH = 1000  # [messages] that may wait between two looks
 MOST_AT_ONCE = 25  # instants of one look
-KINDS = {
-    'pose': cdr.PoseStamped.TYPE,
-    'twist': cdr.TwistStamped.TYPE,
-    'applied_wrench': cdr.WrenchStamped.TYPE,
-    'contacts': cdr.PointCloud2.TYPE,
-    'impacts': cdr.PointCloud2.TYPE,
-}
 
 
 class StateListener:
@@ -122,7 +114,7 @@ class StateListener:
             found = sorted(
                 name
                 for name, kinds in self._node.get_topic_names_and_types()
-                if KINDS.get(name.rpartition('/')[2]) in kinds
+                if any(tells_motion(name, kind) for kind in kinds)
                 and self._node.count_publishers(name)
             )
             found = self._of_one_namespace(found)

@@ -117,20 +117,26 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _serve(arguments: argparse.Namespace) -> int:
-    from rigid_body_sim.view import live_server
-    from rigid_body_sim.view.bag_follower import BagFollower
-
     if arguments.output is not None:
         raise UserError('--live serves a page and writes none; leave out -o')
     _refuse_film_options(arguments, '--live')
     if not 0 <= arguments.port < 1 << 16:
         raise UserError(f'--port {arguments.port}; allowed: 0 (any that is free) to 65535')
     if arguments.bag is not None:
-        return live_server.serve(BagFollower(Path(arguments.bag)), port=arguments.port)
+        return _serve_bag(arguments)
     from rigid_body_sim.ros.state_listener import StateListener
+    from rigid_body_sim.view import live_server
 
     with StateListener(arguments.namespace) as listener:
         return live_server.serve(listener, port=arguments.port)
+
+
+@reads_recording('bag')
+def _serve_bag(arguments: argparse.Namespace) -> int:
+    from rigid_body_sim.view import live_server
+    from rigid_body_sim.view.bag_follower import BagFollower
+
+    return live_server.serve(BagFollower(Path(arguments.bag)), port=arguments.port)
 
 
 @reads_recording('bag')

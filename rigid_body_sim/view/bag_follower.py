@@ -16,7 +16,7 @@ from struct import Struct
 from typing import BinaryIO
 
 from mcap.exceptions import McapError
-from mcap.records import Attachment, Channel, Metadata
+from mcap.records import Attachment, Channel, Metadata, Schema
 
 from rigid_body_sim.errors import RunError, UserError
 from rigid_body_sim.physics.model.scene import Scene
@@ -24,7 +24,7 @@ from rigid_body_sim.recording import bag_files, mcap_file, mcap_scan
 from rigid_body_sim.recording.bag_writer import MANIFEST
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.stop_signals import STOP, say
-from rigid_body_sim.view.growing_motion import LEAVES, GrowingMotion
+from rigid_body_sim.view.growing_motion import KINDS, GrowingMotion, tells_motion
 from rigid_body_sim.view.recorded_motion import RecordedMotion
 
 SCENE = 'scene.yaml'
@@ -49,7 +49,8 @@ class BagFollower:
         self.title, self.about = path.name, ''
         self.ended = False
         self._position = len(mcap_file.MAGIC)
-        self._names: dict[int, str] = {}
+        self._types: dict[int, str] = {}
+        self._names: dict[int, str] = {}  # of the topics that tell of the motion
         self._files: dict[str, bytes] = {}
         self._motion: GrowingMotion | None = None
 
@@ -66,6 +67,8 @@ class BagFollower:
                 if first is not None:
                     self._learn_scene()
                     return first
+            if self.ended and self._motion is None:
+                raise self._without_poses()
             if time.monotonic() > deadline or self.ended or STOP.number:
                 raise RunError(f'{self.path}: no state of a body came within {BEGINNING:g} s')
             time.sleep(LOOK)
@@ -142,9 +145,13 @@ class BagFollower:
                     self._take(inner)
             elif record.opcode == mcap_file.MESSAGE:
                 self._take_message(mcap_scan.message(record))
+            elif record.opcode == mcap_file.SCHEMA:
+                schema = record.parse(Schema)
+                self._types[schema.id] = schema.name
             elif record.opcode == mcap_file.CHANNEL:
                 channel = record.parse(Channel)
-                self._names[channel.id] = channel.topic
+                if tells_motion(channel.topic, self._types.get(channel.schema_id, '')):
+                    self._names[channel.id] = channel.topic
             elif record.opcode == mcap_file.ATTACHMENT:
                 attachment = record.parse(Attachment)
                 self._files[attachment.name] = attachment.data
@@ -158,16 +165,22 @@ class BagFollower:
             raise RunError(f'{self.path}: damaged ({error})') from error
 
     def _take_message(self, message: mcap_scan.Message) -> None:
-        name = self._names.get(message.channel, '')
-        if name.rpartition('/')[2] not in LEAVES:
+        name = self._names.get(message.channel)
+        if name is None:
             return
         if self._motion is None:
             names = self._names.values()
             poses = [each for each in names if each.endswith('/pose')]
             if not poses:
-                raise RunError(f'{self.path}: has no topics <body>/pose to follow')
+                raise self._without_poses()
             self._motion = GrowingMotion(poses, names)
         self._motion.take(name, message.data)
+
+    def _without_poses(self) -> RunError:
+        return RunError(
+            f'{self.path}: has no topics <body>/pose to follow; expected messages of '
+            f'{KINDS["pose"]} on topics that end in /pose'
+        )
 
     def _learn_scene(self) -> None:
         source = self._files.pop(SCENE, None)

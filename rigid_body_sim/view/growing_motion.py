@@ -23,6 +23,7 @@ from rigid_body_sim.analysis.recorded_contacts import read_points
 from rigid_body_sim.analysis.recorded_impacts import impacts_of
 from rigid_body_sim.physics.state import impacts
 from rigid_body_sim.physics.state.impacts import Impacts
+from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.impact_packing import impact_points
 from rigid_body_sim.view.recorded_motion import RecordedMotion, Track, track_of
 
@@ -31,21 +32,34 @@ Array = NDArray[np.float64]
 _STAMP = Struct('<iI')  # behind the four bytes that begin every payload
 SECOND = 10**9  # [ns]
 CONTACTS, IMPACTS = 'contacts', 'impacts'
-LEAVES = ('pose', 'twist', 'applied_wrench', CONTACTS, IMPACTS)
+KINDS = {
+    'pose': cdr.PoseStamped.TYPE,
+    'twist': cdr.TwistStamped.TYPE,
+    'applied_wrench': cdr.WrenchStamped.TYPE,
+    CONTACTS: cdr.PointCloud2.TYPE,
+    IMPACTS: cdr.PointCloud2.TYPE,
+}  # of the topics that end so; what has another type is of somebody else
+
+
+def tells_motion(name: str, kind: str) -> bool:
+    """Whether a topic of a type is one of those that a motion is made of."""
+    return KINDS.get(name.rpartition('/')[2]) == kind
 
 
 class GrowingMotion:
     """
     Takes payloads, gives motions.
 
-    poses : topics of the poses of all bodies
-    others : topics of twists, applied wrenches, contacts and impacts, as far as there are any
+    poses  : topics of the poses of all bodies
+    others : topics of twists, applied wrenches, contacts and impacts, as far as there are any;
+             what comes on a topic that is named nowhere here is left out
     late   : whether contacts may come behind the states of their tick
     """
 
     def __init__(self, poses: Iterable[str], others: Iterable[str], *, late: bool = False) -> None:
         self.poses = list(poses)
         others = set(others)
+        self._known = {*self.poses, *others}
         self._twists = [name for name in map(_twist, self.poses) if name in others]
         self._needed = len(self.poses) + len(self._twists)
         self._waiting: dict[int, dict[str, bytes]] = {}
@@ -60,6 +74,8 @@ class GrowingMotion:
 
     def take(self, topic: str, payload: bytes) -> None:
         """Take a message."""
+        if topic not in self._known:
+            return
         if topic.endswith('/applied_wrench'):
             self._wrenches.setdefault(topic, []).append(payload)
             return

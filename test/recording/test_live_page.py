@@ -7,6 +7,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import http.client
+import struct
 import threading
 import time
 
@@ -15,8 +16,12 @@ import pytest
 
 from rigid_body_sim.analysis.recorded_contacts import read_points
 from rigid_body_sim.analysis.recorded_impacts import read_impacts
-from rigid_body_sim.errors import UserError
-from rigid_body_sim.recording.bag_reader import Bag
+from rigid_body_sim.errors import RunError, UserError
+from rigid_body_sim.recording import cdr
+from rigid_body_sim.recording.bag_reader import Bag, DamagedBag
+from rigid_body_sim.recording.batch import MESSAGE_HEAD, MESSAGE_LENGTH_EXTRA, MESSAGE_OPCODE
+from rigid_body_sim.recording.chunk import Chunk
+from rigid_body_sim.recording.mcap_file import McapFile
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.verbs import simulate, view
 from rigid_body_sim.view import bag_follower, live_server
@@ -109,6 +114,65 @@ def test_what_is_not_there_is_said_at_once_and_may_still_come(
     late.start()
     assert BagFollower(tmp_path / 'bag').begin().tracks
     late.join()
+
+
+POSE, TURTLE = cdr.PoseStamped.TYPE, 'turtlesim/msg/Pose'
+PLACED = cdr.encode(cdr.PoseStamped(1, 0, 'map', (1.0, 2.0, 3.0), (0.0, 0.0, 0.0, 1.0)))
+CRAWLS = b'\0\1\0\0' + struct.pack('<5f', 5, 5, 0, 0, 0)
+
+
+def foreign(path, *messages):
+    """A bag of another recorder: (topic, type, payload), a topic is declared when it comes."""
+    path.mkdir()
+    schemas, channels = {}, {}
+    with (path / 'bag_0.mcap').open('xb', buffering=0) as stream:
+        file = McapFile(stream, library='another')
+        for time_ns, (topic, kind, payload) in enumerate(messages):
+            if kind not in schemas:
+                schemas[kind] = file.add_schema(kind, 'ros2msg', b'')
+            if topic not in channels:
+                channels[topic] = file.add_channel(schemas[kind], topic, 'cdr', {})
+            size = MESSAGE_LENGTH_EXTRA + len(payload)
+            head = MESSAGE_HEAD.pack(MESSAGE_OPCODE, size, channels[topic], 0, time_ns, time_ns)
+            number, when = np.array([channels[topic]], np.uint16), np.array([time_ns], np.int64)
+            file.write_chunk(Chunk(head + payload, number, when, np.zeros(1, np.int64)))
+        file.finish()
+    return path
+
+
+def followed(path):
+    parser = argparse.ArgumentParser()
+    view.add_arguments(parser)
+    return view.run(parser.parse_args([str(path), '--live']))
+
+
+@pytest.mark.parametrize('first', [True, False])
+def test_poses_of_another_type_are_left_out_of_what_is_followed(tmp_path, first):
+    turtle, ball = ('/turtle/pose', TURTLE, CRAWLS), ('/ball/pose', POSE, PLACED)
+    messages = (turtle, ball) if first else (ball, turtle)
+    (track,) = BagFollower(foreign(tmp_path / 'bag', *messages)).begin().tracks
+    assert track.name == 'ball'
+    np.testing.assert_array_equal(track.position, [[1.0, 2.0, 3.0]])
+
+
+def test_a_bag_that_holds_poses_of_another_type_alone_is_refused_at_once(tmp_path):
+    path, begun = foreign(tmp_path / 'bag', ('/turtle/pose', TURTLE, CRAWLS)), time.monotonic()
+    with pytest.raises(RunError, match='expected messages of geometry_msgs/msg/PoseStamped'):
+        followed(path)
+    assert time.monotonic() - begun < 0.5 * BEGINNING
+
+
+def test_a_body_whose_topic_comes_behind_the_first_states_is_left_out(tmp_path):
+    late = cdr.encode(cdr.PoseStamped(2, 0, 'map', (1.0, 2.0, 3.0), (0.0, 0.0, 0.0, 1.0)))
+    path = foreign(tmp_path / 'bag', ('/ball/pose', POSE, PLACED), ('/late/pose', POSE, late))
+    (track,) = BagFollower(path).begin().tracks
+    assert (track.name, len(track.time)) == ('ball', 1)
+
+
+def test_what_is_followed_and_no_message_of_its_type_is_a_line_and_no_traceback(tmp_path):
+    path = foreign(tmp_path / 'bag', ('/ball/pose', POSE, CRAWLS))
+    with pytest.raises(DamagedBag, match='bag: damaged: what it holds does not fit together'):
+        followed(path)
 
 
 def test_a_browser_sees_the_run_grow_and_end(tab, written, tmp_path):
