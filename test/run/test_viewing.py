@@ -224,7 +224,7 @@ def test_frames_of_bodies_may_be_named_with_the_prefix_and_without(scene):
     for frame, meant in (
         *(('', 'world'), ('world', 'world')),
         *(('box', 'body'), ('lab/box', 'body')),
-        *(('box/nose', 'box/nose'), ('lab/box/nose', 'box/nose'), ('nose', 'nose')),
+        *(('box/nose', 'nose'), ('lab/box/nose', 'nose'), ('nose', 'nose')),
     ):
         command = Command('box', 'force', (1.0, 0.0, 0.0), frame_id=frame)
         assert rules.refusal(command) is None, frame

@@ -91,7 +91,7 @@ def test_a_name_that_is_also_the_world_frame_of_a_run_is_ambiguous():
     assert 'both the world frame and a frame' in rules.refusal(
         Command('box', 'force', frame_id='map')
     )
-    for name, means in (('', 'world'), ('box', 'body'), ('box/map', 'box/map'), ('tip', 'tip')):
+    for name, means in (('', 'world'), ('box', 'body'), ('box/map', 'map'), ('tip', 'tip')):
         command = Command('box', 'force', (1, 0, 0), frame_id=name)
         assert rules.refusal(command) is None and rules.frame(command) == means
 
