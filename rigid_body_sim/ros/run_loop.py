@@ -39,7 +39,8 @@ BREATH_EVERY = (
 BREATH = 1e-4  # [s] that is long enough for one of them to take it
 BURST = 1000  # [tick] in one go; more delays commands, requests and the end
 REPEAT = 1_000_000_000  # [ns] between two times that a paused run tells the states of its start
-NEVER = 2**62  # [tick]
+MOVING = {'step', 'steps', 'reset', 'record'}  # requests that leave no whole run where they fail
+NEVER = 2**62  # [tick], and [ns] of the monotonic clock: later than all
 
 
 @dataclass(frozen=True)
@@ -64,7 +65,7 @@ class Visit:
     paused   : so, or because an answer in lock-step did not come
     stepping : steps are being done that somebody asked for
     inbox    : takes commands for the coming tick
-    ask      : grants another request at this tick boundary, by name and value
+    ask      : grants another request at this tick boundary, by name and value; none of MOVING
     """
 
     run: Run
@@ -297,8 +298,16 @@ class RunLoop:
                 if answer is not None:
                     request.give(answer)
             except Exception as problem:
-                request.give(Answer(False, str(problem)))
-                raise
+                request.give(Answer(False, _said(problem)))
+                if request.name in MOVING:
+                    raise
+                self._warn_of(request, problem)
+
+    def _warn_of(self, request: Request, problem: Exception) -> None:
+        """Say that a request failed, each failure once; it touched nothing that a run is."""
+        text = f'{request.name}: failed, and the run goes on: {_said(problem)}'
+        if text not in self._run.warnings:
+            self._run.add_warning(text)
 
     def _refuse_the_rest(self) -> None:
         problem = self.ending.problem if self.ending else None
@@ -563,6 +572,13 @@ class RunLoop:
             looks=choices.looks_text(simulation),
             failure=str(problem) if problem else '',
         )
+
+
+def _said(problem: Exception) -> str:
+    """Give what is wrong, with its type where that is of no error of ours."""
+    if isinstance(problem, UserError | RunError | SimulationDiverged):
+        return str(problem)
+    return f'{type(problem).__name__}: {problem}'
 
 
 def _still(steps: Steps) -> str:

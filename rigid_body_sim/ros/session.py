@@ -132,7 +132,6 @@ def _logged(name: str) -> Iterator[None]:
 
 def _serve(node: SimNode, run: Run, context: Context) -> Ending:
     """Let the run meet its topics, services and bags, up to its end."""
-    log = node.get_logger()
     inbox = Inbox(run.rules)
     gate = _make_gate(node, run) if node.settings.step_mode == 'lockstep' else None
     bags = Bags(run, _record_path(node.settings))
@@ -140,19 +139,29 @@ def _serve(node: SimNode, run: Run, context: Context) -> Ending:
     STOP.keep()
     if node.settings.record:
         bags.start()
+    try:
+        ending = _run_to_the_end(node, run, context, inbox, bags, gate)
+    finally:
+        bags.stop('error')  # where the run did not come to closing it
+    _say_the_end(node, ending, bags)
+    return ending
+
+
+def _run_to_the_end(
+    node: SimNode, run: Run, context: Context, inbox: Inbox, bags: Bags, gate: Gate | None
+) -> Ending:
+    """Offer the services, and let the run go on until it has ended."""
     turns = _make_turns(node, run, gate) if gate is not None else None
     loop = _make_loop(node, run, inbox, bags, turns)
     try:
         node.serve(loop)
         more = standard.offer(node, loop, run, world_frame=node.settings.world_frame)
     except rclpy_implementation.RCLError as error:  # a service of another package has its name
-        bags.stop('error')
         raise UserError(f'arguments for ROS: {_first_of(error)}; change the remapping') from None
-    log.info(_ready_line(node, run, bags))
+    node.get_logger().info(_ready_line(node, run, bags))
     ending = _spin(node, loop, context, more)
     if turns is not None:
         turns.close()
-    _say_the_end(node, ending, bags)
     return ending
 
 

@@ -140,7 +140,10 @@ class StateListener:
 
     def _ask_scene(self, topic: str) -> None:
         """Read the scene that the publisher of a topic names, if it can be read here."""
-        about = self._node.get_publishers_info_by_topic(topic)[0]
+        publishers = self._node.get_publishers_info_by_topic(topic)
+        if not publishers:  # it has gone since it was found, and may come back
+            return
+        about = publishers[0]
         node = f'{about.node_namespace.rstrip("/")}/{about.node_name}'
         client = self._node.create_client(GetParameters, f'{node}/get_parameters')
         deadline = time.monotonic() + ANSWER

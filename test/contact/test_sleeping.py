@@ -434,6 +434,7 @@ def test_a_scene_without_sleep_keeps_nothing_for_it():
     sim = Simulation(lean(stack(2)))
     sleepers, arrays = inside.kept_for_sleep(sim)
     assert sleepers is None
+    assert len(arrays)
     assert all(len(array) <= 1 for array in arrays)  # of no bodies: at most the end of a list
 
 

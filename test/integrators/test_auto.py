@@ -117,7 +117,7 @@ def test_linear_points_are_judged_by_the_exact_motion_however_stiff():
         scenes.oscillator(dt=0.02, stiffness=1e8), integrator='auto', progress=said.append
     )
     assert sim.integrator.name == 'linear_propagator'
-    assert not any('reference' in text for text in said)
+    assert said and not any('reference' in text for text in said)
 
 
 def hinge(tolerance):

@@ -10,10 +10,13 @@ import time
 from contextlib import contextmanager
 
 import numpy as np
+import pytest
 
 from rigid_body_sim.analysis.recorded_impacts import read_impacts
+from rigid_body_sim.errors import RunError
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.bag_reader import Bag
+from rigid_body_sim.ros import state_listener
 from rigid_body_sim.ros.state_listener import StateListener
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.view.growing_motion import joined
@@ -51,6 +54,15 @@ def test_the_states_of_a_node_arrive_with_its_scene(start_node, meet):
         assert np.all(ticks > 0.5) and np.allclose(ticks, np.round(ticks), atol=1e-6)
         # nothing pushes anybody: all stay, to the bit, where the scene puts them
         assert np.all(track.position == body.initial.position)
+
+
+def test_a_node_that_goes_while_it_is_asked_for_its_scene_is_waited_for(monkeypatch):
+    monkeypatch.setattr(state_listener, 'FIRST', 0.1)
+    with StateListener() as listener:
+        monkeypatch.setattr(listener, '_find', lambda: ['/gone/box/pose'])
+        with pytest.raises(RunError, match='no state of all of them came'):
+            listener.begin()
+    assert listener.scene is None
 
 
 BOUNCING = """

@@ -8,6 +8,7 @@ import json
 import resource
 import signal
 import time
+from types import SimpleNamespace
 
 import pytest
 from geometry_msgs.msg import Vector3Stamped, WrenchStamped
@@ -17,6 +18,7 @@ from rigid_body_sim.physics.simulation import Simulation
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.recording.cdr import WrenchStamped as Applied
+from rigid_body_sim.ros import session
 from rigid_body_sim.ros.bags import Bags
 from rigid_body_sim.ros.inbox import Inbox
 from rigid_body_sim.ros.run_loop import RunLoop
@@ -172,18 +174,68 @@ bodies:
 """
 
 
-def test_impacts_that_no_published_tick_tells_are_published_at_the_end():
-    run = Run(Simulation(load_scene(DROPPED.encode())), RunSettings(publish_every=25))
-    published = []
+def loop_of(scene, *, publish=id, bags=None, **settings):
+    """A loop as fast as possible, for 120 ms, and its run."""
+    run = Run(Simulation(load_scene(scene.encode())), RunSettings(**settings))
     loop = RunLoop(
-        run, inbox=Inbox(run.rules), bags=Bags(run, None), publish=published.append, report=id,
+        run, inbox=Inbox(run.rules), bags=bags or Bags(run, None), publish=publish, report=id,
         report_period=1.0, factor=0.0, stop_time=0.12, paused=False,
     )  # fmt: skip
+    return loop, run
+
+
+@pytest.mark.usefixtures('plain_source')
+def test_impacts_that_no_published_tick_tells_are_published_at_the_end():
+    published = []
+    loop, _ = loop_of(DROPPED, publish=published.append, publish_every=25)
     loop.run()
     assert loop.ending.problem is None
     (told,) = (batch for batch in published if batch.layout.topics[0].name.endswith('/impacts'))
     assert told is published[-1]
     assert told.times == (30 * 4_000_000,)
+
+
+def fail(*_):
+    raise LookupError('no such thing')
+
+
+@pytest.mark.usefixtures('plain_source')
+def test_a_request_that_only_looks_fails_alone():
+    loop, run = loop_of(DROPPED)
+    asked = [loop.requests.post('visit', fail) for _ in range(2)]
+    asked.append(loop.requests.post('real_time_factor', None))
+    seen = loop.requests.post('visit', lambda visit: None)
+    loop.run()
+    assert (loop.ending.reason, loop.ending.problem) == ('stop_time', None)
+    for request in asked[:2]:
+        assert request.answer == (False, 'LookupError: no such thing')
+    assert not asked[2].answer.granted and seen.answer.granted
+    said = 'visit: failed, and the run goes on: LookupError: no such thing'
+    assert run.warnings.count(said) == 1  # each failure once
+
+
+@pytest.mark.usefixtures('plain_source')
+@pytest.mark.parametrize('name', ['step', 'steps', 'reset', 'record'])
+def test_a_request_that_fails_on_its_way_ends_the_run(name, monkeypatch):
+    loop, _ = loop_of(DROPPED)
+    monkeypatch.setattr(loop, '_answer', fail)
+    request = loop.requests.post(name)
+    loop.run()
+    assert (loop.ending.reason, str(loop.ending.problem)) == ('error', 'no such thing')
+    assert not request.answer.granted
+
+
+@pytest.mark.usefixtures('plain_source')
+def test_a_bag_whose_node_fails_before_it_runs_is_closed(monkeypatch, tmp_path):
+    _, run = loop_of(DROPPED)
+    settings = SimpleNamespace(step_mode='free', record=True, record_path=str(tmp_path / 'bag'))
+    node = SimpleNamespace(settings=settings, open_topics=lambda *_: None, get_logger=lambda: None)
+    monkeypatch.setattr(session, '_make_loop', fail)
+    monkeypatch.setattr(session.STOP, 'keep', lambda: None)
+    with pytest.raises(LookupError):
+        session._serve(node, run, None)
+    bag = Bag(tmp_path / 'bag')
+    assert bag.complete and bag.ending['end_reason'] == 'error'
 
 
 def test_impacts_that_no_published_tick_tells_come_before_a_reset_and_into_each_bag(

@@ -16,7 +16,8 @@ def test_a_limit_passed_on_the_way_turns_the_diagnostics_to_warn(start_node, mee
         DiagnosticArray, '/diagnostics', lambda message: statuses.append(message.status[0]), 10
     )
     peer.until(lambda: statuses, 'diagnostics')
-    assert not any('turns by' in pair.value for pair in statuses[-1].values)
+    values = statuses[-1].values
+    assert values and not any('turns by' in pair.value for pair in values)
     # 0.05 N m s about y, 0.0283 kg m^2: 1.8 rad/s, h |omega| = 0.0018 where 0.001 is allowed
     peer.sender('box/impulse', WrenchStamped).publish(messages.wrench((0, 0, 0), (0, 0.05, 0)))
     peer.until(

@@ -121,7 +121,8 @@ def test_table_is_reproduced_by_raising_the_step(name):
 
 @pytest.mark.parametrize('name', PUBLISHED_UNDIVIDED)
 def test_division_of_the_step_reaches_farther_than_the_map_alone(name):
-    assert all(ours >= other for ours, other in zip(OURS[name], PUBLISHED_UNDIVIDED[name]))
+    both = zip(OURS[name], PUBLISHED_UNDIVIDED[name], strict=True)
+    assert all(ours >= other for ours, other in both)
 
 
 @pytest.mark.parametrize('name', TABLE)

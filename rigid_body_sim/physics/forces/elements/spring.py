@@ -32,6 +32,7 @@ from rigid_body_sim.physics.forces.body_point import (
 )
 from rigid_body_sim.physics.forces.derivatives import (
     DAMPING_MATRIX,
+    STIFFNESS_MATRIX,
     add_between_points,
     add_turning_arm,
 )
@@ -188,7 +189,7 @@ def linearise(elements, start, count, time, translation, rotation, table, defini
                 rate = NO_VECTOR if definite > 0 else point_rate(elements, other_end, rotation)
                 sign = 1.0 if of != with_of else -1.0
                 k, c = _scaled(sign, of_position), _scaled(sign, of_velocity)
-                add_between_points(table, i, j, arm, k, 0, other, rate)
+                add_between_points(table, i, j, arm, k, STIFFNESS_MATRIX, other, rate)
                 add_between_points(table, i, j, arm, c, DAMPING_MATRIX, other, rate)
             if definite == 0:
                 add_turning_arm(table, i, arm, scale(1.0 if of == 0 else -1.0, force))
