@@ -50,7 +50,8 @@ MEANINGS = {
     '/tf': 'world frame to each body, body to each of its frames; `publish_tf`',
     '~/markers': 'shapes as they collide, frames, arrows of commands and of contact forces; '
     '`publish_markers`',
-    '~/impacts': 'impacts at their instants since the last published states, in scenes with '
+    '~/impacts': 'impacts at their instants since the last published states, with the next ones, '
+    'at a reset or at the end; in scenes with '
     '`contact: {mode: event}`; fields: [Impacts at their instants](event_contact.md)',
     '/clock': 'simulation time; `publish_clock`',
     '/diagnostics': 'real-time factor, overruns, refused and lost commands, drift, energy '
