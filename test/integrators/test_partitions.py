@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from llvmlite.binding.context import GlobalContextRef
 
 from rigid_body_sim.physics.compile import image_maker, kernels, partitions, side_by_side
 from rigid_body_sim.physics.compile.elf import UnknownCode, flatten
@@ -129,6 +130,23 @@ def test_partitions_take_turns_where_llvmlite_hides_what_it_locks(bitcode, monke
     monkeypatch.setattr(partitions, '_unlocked', locked)
     assert make(divided) == expected
     assert len(asked) >= 2 * len(divided.partitions)
+
+
+def test_what_runs_without_the_lock_has_a_context_of_its_own(bitcode, monkeypatch):
+    """numba compiles what a user has in one that all threads share."""
+    contexts, unlocked = [], partitions._unlocked
+
+    def watched(name):
+        def call(maker, module, *others):
+            contexts.append(module._context)
+            return unlocked(name)(maker, module, *others)
+
+        return call
+
+    monkeypatch.setattr(partitions, '_unlocked', watched)
+    make(in_many(bitcode, monkeypatch))
+    assert contexts
+    assert not any(isinstance(one, GlobalContextRef) for one in contexts)
 
 
 def test_each_function_is_in_one_partition_and_all_that_it_names_with_it():

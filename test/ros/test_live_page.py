@@ -65,6 +65,7 @@ def test_a_node_that_goes_while_it_is_asked_for_its_scene_is_waited_for(monkeypa
     assert listener.scene is None
 
 
+# Falls for 25.2 ticks.
 BOUNCING = """
 dt: 0.004
 gravity: [0, 0, -9.81]

@@ -25,6 +25,8 @@ from rigid_body_sim.ros.run_loop import RunLoop
 from rigid_body_sim.runs.run import Run, RunSettings
 from rigid_body_sim.scene import load_scene
 
+from .test_live_page import BOUNCING
+
 DT_NS = 1_000_000
 
 
@@ -163,17 +165,6 @@ def test_a_reset_ends_the_bag_and_begins_another(start_node, meet, run_verb):
     assert replayed(run_verb, second.path)['identical']
 
 
-# Falls for 25.2 ticks.
-DROPPED = """
-dt: 0.004
-gravity: [0, 0, -9.81]
-contact: {mode: event}
-bodies:
-  - {name: ground, shape: {type: plane, normal: [0, 0, 1]}, restitution: 1}
-  - {name: ball, shape: {type: sphere, radius: 0.1}, mass: 2, initial: {position: [0, 0, 0.15]}}
-"""
-
-
 def loop_of(scene, *, publish=id, bags=None, **settings):
     """A loop as fast as possible, for 120 ms, and its run."""
     run = Run(Simulation(load_scene(scene.encode())), RunSettings(**settings))
@@ -187,7 +178,7 @@ def loop_of(scene, *, publish=id, bags=None, **settings):
 @pytest.mark.usefixtures('plain_source')
 def test_impacts_that_no_published_tick_tells_are_published_at_the_end():
     published = []
-    loop, _ = loop_of(DROPPED, publish=published.append, publish_every=25)
+    loop, _ = loop_of(BOUNCING, publish=published.append, publish_every=25)
     loop.run()
     assert loop.ending.problem is None
     (told,) = (batch for batch in published if batch.layout.topics[0].name.endswith('/impacts'))
@@ -201,7 +192,7 @@ def fail(*_):
 
 @pytest.mark.usefixtures('plain_source')
 def test_a_request_that_only_looks_fails_alone():
-    loop, run = loop_of(DROPPED)
+    loop, run = loop_of(BOUNCING)
     asked = [loop.requests.post('visit', fail) for _ in range(2)]
     asked.append(loop.requests.post('real_time_factor', None))
     seen = loop.requests.post('visit', lambda visit: None)
@@ -217,7 +208,7 @@ def test_a_request_that_only_looks_fails_alone():
 @pytest.mark.usefixtures('plain_source')
 @pytest.mark.parametrize('name', ['step', 'steps', 'reset', 'record'])
 def test_a_request_that_fails_on_its_way_ends_the_run(name, monkeypatch):
-    loop, _ = loop_of(DROPPED)
+    loop, _ = loop_of(BOUNCING)
     monkeypatch.setattr(loop, '_answer', fail)
     request = loop.requests.post(name)
     loop.run()
@@ -227,7 +218,7 @@ def test_a_request_that_fails_on_its_way_ends_the_run(name, monkeypatch):
 
 @pytest.mark.usefixtures('plain_source')
 def test_a_bag_whose_node_fails_before_it_runs_is_closed(monkeypatch, tmp_path):
-    _, run = loop_of(DROPPED)
+    _, run = loop_of(BOUNCING)
     settings = SimpleNamespace(step_mode='free', record=True, record_path=str(tmp_path / 'bag'))
     node = SimpleNamespace(settings=settings, open_topics=lambda *_: None, get_logger=lambda: None)
     monkeypatch.setattr(session, '_make_loop', fail)
@@ -242,7 +233,7 @@ def test_impacts_that_no_published_tick_tells_come_before_a_reset_and_into_each_
     start_node, meet, run_verb, tmp_path
 ):
     path = tmp_path / 'dropped.yaml'
-    path.write_text(DROPPED)
+    path.write_text(BOUNCING)
     node = start_node(
         scene=path, record='true', record_path='run', start_paused='true', step_count=30,
         publish_rate=10.0,

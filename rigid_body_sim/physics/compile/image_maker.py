@@ -206,9 +206,10 @@ def closed(bitcode: Bitcode) -> Bitcode:
     and 3.1 s before); the image is as fast.
     """
     machine = machine_for('x86-64', '')
-    module = ll.parse_bitcode(bitcode.partitions[0])
+    context = ll.create_context()
+    module = ll.parse_bitcode(bitcode.partitions[0], context)
     _want_arguments(bitcode, module)
-    _link_helpers(module)
+    _link_helpers(module, context)
     _close(module, machine, bitcode.symbol)
     _run_on_whole(module, machine, speed_level=3, loops=False, unrolls=False)
     texts = divided(str(module))
@@ -224,11 +225,11 @@ def _want_arguments(bitcode: Bitcode, module: Any) -> None:
         raise UnknownCode(f'{bitcode.symbol} takes {found}, not {wanted}')
 
 
-def _link_helpers(module: Any) -> None:
+def _link_helpers(module: Any, context: Any) -> None:
     """Add what a kernel needs of numba's own helpers; whatever has a body may be dropped."""
     declared = {f.name for f in module.functions if f.is_declaration}
     for name in declared & _HELPERS.keys():
-        module.link_in(ll.parse_assembly(_HELPERS[name]))
+        module.link_in(ll.parse_assembly(_HELPERS[name], context))
 
 
 def _entry(bitcode: Bitcode) -> str:

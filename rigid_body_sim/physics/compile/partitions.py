@@ -32,7 +32,7 @@ from rigid_body_sim.physics.compile.side_by_side import MOST
 LEAST = 3000  # [lines] of a partition: less is not worth a thread
 _DEFINES = re.compile(r'define (?:internal |linkonce_odr )?(dso_local )?')
 _FUNCTION = re.compile(r'^define .*?^\}\n', re.DOTALL | re.MULTILINE)
-_KNOWN = re.compile(r'^(?:declare .*?)?([@!][\w.$-]+|@"[^"]*"|attributes #\d+)', re.MULTILINE)
+_KNOWN = re.compile(r'^(?:declare .*?)?([@!][\w.$-]+|@"[^"]*"|attributes #\d+)')
 _NAMES = re.compile(r'@"[^"]*"|[@!#][\w.$-]+')
 
 
@@ -76,9 +76,7 @@ def _name_of(header: str) -> str:
 
 def _written(run: list[str], known: dict[str, str]) -> Iterable[str]:
     """Give the functions of a partition and all that they name, each once."""
-    seen, ahead = set(), []
-    for function in run:
-        seen.add(_name_of(function))
+    seen, ahead = set(map(_name_of, run)), []
     for function in run:
         yield _DEFINES.sub(r'define \1hidden ', function, count=1)
         ahead += _NAMES.findall(function)
@@ -110,7 +108,7 @@ def compiled(bitcode: bytes, machine: Any, optimise: Callable[[Any, Any], None])
 
 
 def run_passes(passes: Any, module: Any, builder: Any) -> None:
-    """Run passes of llvmlite over a module, beside other threads."""
+    """Run passes over a module beside other threads: it has a context that no other one uses."""
     _unlocked('LLVMPY_RunNewModulePassManager')(passes, module, builder)
 
 
