@@ -114,6 +114,53 @@ def test_a_ball_that_rolls_against_a_smooth_wall_on_rough_ground_rolls_back_by_t
         assert sim.state.velocity[2, 0] == pytest.approx(law, abs=1e-9)  # rounding; 2e-2 is a tick
 
 
+@pytest.mark.parametrize(('friction', 'of_wall'), [(0.3, 0.3), (1.0, 1.0), (0.6, 0.1)])
+@pytest.mark.parametrize('e', [0.3, 1.0])
+def test_a_ball_that_rolls_against_a_rough_wall_rolls_back_by_the_law(e, friction, of_wall):
+    """
+    Friction lifts it by J = min(mu (1 + e), 2/7) m v, which leaves v - 5/2 J/m of its spin; where
+    it lands it rolls in the end. What it weighs within the tick the wall has no part in.
+    """
+    wall = Body('wall', Plane((-1.0, 0.0, 0.0), -1.0), 0.0, fixed=True)
+    floor = ground(material={'friction': friction})
+    pairs = ({'bodies': ('ball', 'wall'), 'friction': of_wall, 'restitution': e},)
+    for speed in np.linspace(0.8, 1.1, 5):  # [m/s] at all phases of the tick
+        rolls = ball(
+            'ball', 0.1, (0.8, 0, 0.1), velocity=(speed, 0, 0), turn=(0, speed / 0.1, 0),
+            material={'friction': friction},
+        )  # fmt: skip
+        sim = Simulation(scene([floor, wall, rolls], dt=DT, pairs=pairs))
+        sim.step(round((0.3 + 2 * speed / (friction * G)) / DT))
+        spin = 1.0 - 2.5 * min(of_wall * (1 + e), 2 / 7)
+        law = (-5 * e + 2 * spin) / 7 * speed
+        # 2e-3 is what the wall carries of it in a substep
+        assert sim.state.velocity[2, 0] == pytest.approx(law, abs=3e-6)
+
+
+@pytest.mark.parametrize('draws', [6, pytest.param(60, marks=pytest.mark.long)])
+def test_a_ball_that_bounces_on_a_slope_slips_on_by_what_pulls_behind_the_impact(draws):
+    """
+    Velocity along the slope and spin after one bounce: those of an impact at its instant.
+    """
+    rng = np.random.default_rng(3)
+    for _ in range(draws):
+        slope, e, friction = rng.uniform(0.2, 1.0), rng.uniform(0.3, 1.0), rng.uniform(0.5, 1.0)
+        up = np.array([math.sin(slope), 0.0, math.cos(slope)])
+        along = np.array([math.cos(slope), 0.0, -math.sin(slope)])
+        down, slides, way = rng.uniform(2.0, 3.0), rng.uniform(-0.5, 0.5), rng.uniform(0.02, 0.1)
+        velocity = slides * along - down * up
+        material = {'friction': friction, 'restitution': e}
+        flies = ball('ball', 0.1, (0.1 + way) * up, velocity=velocity, material=material)
+        sim = Simulation(scene([ground(slope=slope, material=material), flies], dt=DT))
+        pull = G * math.cos(slope)
+        meets = (math.sqrt(down**2 + 2 * pull * way) - down) / pull
+        sim.step(math.ceil(meets / DT) + 3)
+        slip = slides + G * math.sin(slope) * meets  # it sticks: 2/7 of it
+        after = G * math.sin(slope) * (sim.time - meets)
+        assert sim.state.velocity[1] @ along == pytest.approx(5 / 7 * slip + after, abs=2e-3)
+        assert sim.state.angular_velocity[1, 1] * 0.1 == pytest.approx(5 / 7 * slip, abs=4e-3)
+
+
 def test_a_ball_on_a_table_hands_its_speed_to_the_one_it_hits_however_it_spins():
     radius = 0.0286
     elastic = SMOOTH | {'restitution': 1.0}

@@ -85,9 +85,10 @@ FIRST_LOST = DISPLACEMENT + 1
 # how fast that one and at most anybody is, and 1 if it rests on something (`solver.ball_impacts`)
 MEETS_ALONG, MEETINGS = DISPLACEMENT, TURN
 PAIR_SPEED, FASTEST, RESTS = TURN + 1, TURN + 2, TURN_SCALAR
-# when the last substep is over: what friction has given in it, and in the tick, where something
-# bounces (`islands.waiting`)
+# when the last substep is over: what friction has given in it, and in the tick, what presses in it,
+# and 1 if it lay on something when the tick began, where something bounces (`islands.waiting`)
 RUBBED, RUBBED_IN_TICK = WARM_IMPULSE, MOMENTUM_BEFORE_RESTITUTION
+PRESSED, LAY = WARM_ANGULAR_IMPULSE, WARM_ANGULAR_IMPULSE + 1
 
 # [1/kg] in place of zero for what no impulse moves, but which has a velocity: see `solver.pivots`;
 # a power of two, so that p = v / HELD gives v back to the bit

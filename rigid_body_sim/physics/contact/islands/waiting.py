@@ -15,6 +15,17 @@ w      : [m/s] relative normal velocity that friction of the last substep gives,
 w_tick : [m/s] the same of the tick
 k      : [-] substeps from the one in which the surfaces met to the last
 
+Friction of the bounce itself acts at that instant too. What forces turn the slip by behind it, it
+must not take, or a wall carries part of what hits it until the tick is over. So the slip that it
+strives for is not zero but
+
+    s = (t_B a_B - t_A a_A)_t,   t <- t max(0, 1 - N / m |a| h)
+
+a : [m/s^2] acceleration of the surface of a body without contact
+t : [s] from when the surfaces meet to the end of the tick; of a body that lay on something else
+    when the tick began, which the impact lifts: all of the k substeps, that held it until then
+N : [N s] what else presses on the body in the last substep h, and holds it up
+
 Two balls that meet alone (`solver.ball_impacts`) have nothing else between them than this impact:
 all that their contact gives in the tick is its impulse, -(1 + e) m v_approach.
 """
@@ -41,6 +52,7 @@ from rigid_body_sim.physics.contact.solver.constraint import LANES
 from rigid_body_sim.physics.contact.solver.warm_start import share_of_point
 from rigid_body_sim.physics.vectors import (
     add,
+    cross,
     dot,
     load,
     scale,
@@ -75,6 +87,20 @@ def _add_impulse(lane: int, sums: int, along: Any, rows: Array, bodies: Array) -
     impulse = add(scale(along[0], tangent_1), scale(along[1], tangent_2))
     _give(int(rows[lane + constraint.BODY_A]), sums, scale(-1.0, impulse), bodies)
     _give(int(rows[lane + constraint.BODY_B]), sums, impulse, bodies)
+
+
+@inline
+def _add_load(lane: int, points: int, width: int, rows: Array, bodies: Array) -> None:
+    """Note whether the bodies of a constraint lay on each other, and what presses on them now."""
+    body_a, body_b = int(rows[lane + constraint.BODY_A]), int(rows[lane + constraint.BODY_B])
+    first = lane + constraint.SIZE
+    for point in range(first, first + points * width, width):
+        impulse = rows[point + contact_point.NORMAL_IMPULSE]
+        bodies[body_a + solver_bodies.PRESSED] += impulse
+        bodies[body_b + solver_bodies.PRESSED] += impulse
+        if rows[point + contact_point.INITIAL_SEPARATION] <= 0.0:
+            bodies[body_a + solver_bodies.LAY] = 1.0
+            bodies[body_b + solver_bodies.LAY] = 1.0
 
 
 @inline
@@ -120,6 +146,42 @@ def _given(lane: int, sums: int, rows: Array, bodies: Array) -> float:
 
 
 @inline
+def _pulled(body: int, arm: Any, since: Any, substep: float, bodies: Array) -> Any:
+    """
+    Velocity that forces give the surface of a body behind its impact, see the module.
+
+    since : [s] from the beginning of the substep in which it meets, and from when it does
+    """
+    linear = load(bodies, body + solver_bodies.FREE_ACCELERATION)
+    angular = load(bodies, body + solver_bodies.FREE_ANGULAR_ACCELERATION)
+    held = bodies[body + solver_bodies.INVERSE_MASS] * bodies[body + solver_bodies.PRESSED]
+    weight = math.sqrt(dot(linear, linear)) * substep
+    time = since[0] if bodies[body + solver_bodies.LAY] > 0.0 else since[1]
+    if held > 0.0:
+        time *= 1.0 - held / weight if held < weight else 0.0
+    return scale(time, add(linear, cross(angular, arm)))
+
+
+@inline
+def _leave_slip(
+    lane: int, points: int, width: int, since: Any, substep: float, rows: Array, bodies: Array
+) -> None:  # fmt: skip
+    """Tell a constraint that bounces which slip its friction leaves; since: see `_pulled`."""
+    place = lane + constraint.SIZE
+    arms = place + contact_point.ARM_A, place + contact_point.ARM_B
+    if points > 1:
+        place += MOST * width
+        arms = place + friction_patch.ARM_A, place + friction_patch.ARM_B
+    arm_a, arm_b = wide_lanes.vector(rows, arms[0]), wide_lanes.vector(rows, arms[1])
+    pulled_a = _pulled(int(rows[lane + constraint.BODY_A]), arm_a, since, substep, bodies)
+    pulled_b = _pulled(int(rows[lane + constraint.BODY_B]), arm_b, since, substep, bodies)
+    slip = subtract(pulled_b, pulled_a)
+    _, tangent_1, tangent_2 = wide_lanes.contact_frame(rows, lane)
+    rows[lane + constraint.SLIP_LEFT_1] = dot(tangent_1, slip)
+    rows[lane + constraint.SLIP_LEFT_2] = dot(tangent_2, slip)
+
+
+@inline
 def _correct_approach(
     lane: int, points: int, width: int, substep: float, substeps: int, rows: Array, bodies: Array
 ) -> None:  # fmt: skip
@@ -135,6 +197,8 @@ def _correct_approach(
             ahead = max(rows[point + contact_point.INITIAL_SEPARATION], 0.0)
             meets = min(meets, ahead / (-approach * substep))
     whole = min(int(meets), substeps - 1)
+    since = (substeps - whole) * substep, (substeps - meets) * substep
+    _leave_slip(lane, points, width, since, substep, rows, bodies)
     behind = (substeps - whole) * of_substep
     # of the substep in which they meet, the part until they do; `behind` has it, if it is last
     rubbed = whole if whole == substeps - 1 else whole + 1
@@ -183,15 +247,18 @@ def heed_friction(
         body = touching[index] * solver_bodies.SIZE
         for sums in (solver_bodies.RUBBED, solver_bodies.RUBBED_IN_TICK):
             store(bodies, body + sums, (0.0, 0.0, 0.0))
+        bodies[body + solver_bodies.PRESSED] = 0.0
+        bodies[body + solver_bodies.LAY] = 0.0
     for batch in range(0, batch_count * batch_record.SIZE, batch_record.SIZE):
         begin = batches[batch + batch_record.BEGIN]
         points = batches[batch + batch_record.POINT_COUNT]
         for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
-            if (
-                rows[lane + constraint.BOUNCES] > 0.0
-                and rows[lane + constraint.FRICTION] > 0.0
-                and not bounces(lane, points, width, rows)
-            ):
+            rows[lane + constraint.SLIP_LEFT_1] = 0.0
+            rows[lane + constraint.SLIP_LEFT_2] = 0.0
+            if not rows[lane + constraint.BOUNCES] > 0.0 or bounces(lane, points, width, rows):
+                continue
+            _add_load(lane, points, width, rows, bodies)
+            if rows[lane + constraint.FRICTION] > 0.0:
                 _add_friction(lane, points, width, substeps, rows, bodies)
     for batch in range(0, batch_count * batch_record.SIZE, batch_record.SIZE):
         begin = batches[batch + batch_record.BEGIN]

@@ -58,6 +58,10 @@ LEFT_SUBSTEPS = constraint.number(
 LEFT_SPEED = constraint.number('m/s', 'with which it does, the least of them')
 TOUCHED = constraint.number('-', '1: some point of it has pressed in this tick')
 BOUNCES = constraint.number('-', '1: its bodies take part in a bounce: `islands.bouncing`')
+SLIP_LEFT_1 = constraint.number(
+    'm/s', 'along tangent 1, of what bounces: by forces, behind the impact: `islands.waiting`'
+)
+SLIP_LEFT_2 = constraint.number('m/s', 'the same, tangent 2')
 RADIUS_A = constraint.number(
     'm', 'of the ball, capsule or mantle that meets here as A, else 0: see `curved_cores`'
 )

@@ -423,11 +423,13 @@ def _gauge(force: float, twist: float) -> Any:
 
 @inline
 def _change(
-    old: Any, constraints: Array, patch: Array, scratch: Array, lane: int, turns: bool
+    old: Any, left: Any, constraints: Array, patch: Array, scratch: Array, lane: int, turns: bool
 ) -> Any:
     """
     Return how a visit changes a wrench about the centre, and the square of the change as an
     impulse.
+
+    left : slip along the two tangents that friction does not take [m/s]
     """
     normal, tangent_1, tangent_2 = wide_lanes.contact_frame(constraints, lane)
     arm_a = wide_lanes.vector(patch, lane + friction_patch.ARM_A)
@@ -440,8 +442,8 @@ def _change(
     omega_a, omega_b = wide_lanes.angular_velocities(constraints, scratch, lane, turns)
     velocity = wide_lanes.relative_velocity(constraints, scratch, lane, arm_a, arm_b, turns)
     turn = dot(normal, subtract(omega_b, omega_a))
-    velocity_1 = dot(tangent_1, velocity) - turn * c_2
-    velocity_2 = dot(tangent_2, velocity) + turn * c_1
+    velocity_1 = dot(tangent_1, velocity) - left[0] - turn * c_2
+    velocity_2 = dot(tangent_2, velocity) - left[1] + turn * c_1
     old_1, old_2, old_about_center = old
     old_twist = old_about_center - (c_1 * old_2 - c_2 * old_1)
     new_1 = old_1 - step * velocity_1
@@ -467,7 +469,7 @@ def _relax(lanes: int, constraints: Array, patch: Array, scratch: Array) -> None
     """
     for lane in range(lanes):
         old = _wrench(patch, lane + friction_patch.IMPULSE_1)
-        change, size = _change(old, constraints, patch, scratch, lane, TURNS)
+        change, size = _change(old, (0.0, 0.0), constraints, patch, scratch, lane, TURNS)
         active = scratch[lane + lane_scratch.ACTIVE] > 0.0
         size = size if active else 0.0
         change = (
@@ -510,7 +512,10 @@ def apply_restitution(lanes: int, constraints: Array, patch: Array, scratch: Arr
     """Solve the friction on the impulses of restitution of each lane: see `restitution`."""
     for lane in range(lanes):
         old = _wrench(patch, lane + friction_patch.RESTITUTION_1)
-        change, size = _change(old, constraints, patch, scratch, lane, True)
+        left = (
+            constraints[lane + constraint.SLIP_LEFT_1], constraints[lane + constraint.SLIP_LEFT_2]
+        )  # fmt: skip
+        change, size = _change(old, left, constraints, patch, scratch, lane, True)
         settled = SETTLED * scratch[lane + lane_scratch.PRESS]
         changes = size > settled * settled
         size = size if changes else 0.0

@@ -57,11 +57,13 @@ def _apply_restitution(lanes: int, constraints: Array, points: Array, scratch: A
             old_1 = points[lane + contact_point.RESTITUTION_TANGENT_1]
             old_2 = points[lane + contact_point.RESTITUTION_TANGENT_2]
             tangent_mass = points[lane + contact_point.TANGENT_MASS]
+            slip_1 = dot(tangent_1, velocity) - constraints[lane + constraint.SLIP_LEFT_1]
+            slip_2 = dot(tangent_2, velocity) - constraints[lane + constraint.SLIP_LEFT_2]
             new_1 = old_1 - tangent_mass * (
-                dot(tangent_1, velocity) + points[lane + contact_point.CROSS_TERM_1] * change
+                slip_1 + points[lane + contact_point.CROSS_TERM_1] * change
             )
             new_2 = old_2 - tangent_mass * (
-                dot(tangent_2, velocity) + points[lane + contact_point.CROSS_TERM_2] * change
+                slip_2 + points[lane + contact_point.CROSS_TERM_2] * change
             )
             new_1, new_2 = wide_lanes.clamp_to_disc(
                 new_1, new_2, constraints[lane + constraint.FRICTION] * new
