@@ -92,6 +92,11 @@ class Record:
         """Add a matrix (3, 3), row by row."""
         return self.numbers(9, unit, meaning)
 
+    def span(self, begin: int) -> slice:
+        """All numbers of the field that begins there: `rows[:, body.span(MOMENTUM)]`."""
+        field = next(field for field in self.fields if field.begin == begin)
+        return slice(begin, begin + self.stride * field.count, self.stride)
+
     def padding(self, size: int) -> int:
         """Leave numbers unused up to a size, for the sake of aligned rows; give that size."""
         unused = (size - self.size) // self.stride

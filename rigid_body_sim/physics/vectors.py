@@ -1,7 +1,8 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Vectors of three numbers in kernels: tuples (x, y, z), in and out.
+Vectors of three numbers in kernels: tuples (x, y, z), in and out; quaternions (x, y, z, w) and
+symmetric matrices (xx, xy, xz, yy, yz, zz) likewise.
 
 They cost nothing: once inlined, the compiler keeps their numbers in registers. Sums are taken from
 left to right, so that a line with vectors has the bits of the same line written out.
@@ -17,6 +18,9 @@ from numpy.typing import NDArray
 from rigid_body_sim.physics.compile.kernels import inline
 
 Array = NDArray[np.float64]
+
+W = 3  # of a quaternion: its scalar
+XX, XY, XZ, YY, YZ, ZZ = range(6)  # of a symmetric matrix
 
 
 @inline
@@ -41,13 +45,32 @@ def load_strided(array: Array, place: int, stride: int) -> Any:
 def load_symmetric(array: Array, place: int) -> Any:
     """Read a symmetric matrix: xx, xy, xz, yy, yz, zz."""
     return (
-        array[place],
-        array[place + 1],
-        array[place + 2],
-        array[place + 3],
-        array[place + 4],
-        array[place + 5],
+        array[place + XX],
+        array[place + XY],
+        array[place + XZ],
+        array[place + YY],
+        array[place + YZ],
+        array[place + ZZ],
     )
+
+
+@inline
+def store_symmetric(array: Array, place: int, m: Any) -> None:
+    """Write a symmetric matrix."""
+    array[place + XX], array[place + XY], array[place + XZ] = m[XX], m[XY], m[XZ]
+    array[place + YY], array[place + YZ], array[place + ZZ] = m[YY], m[YZ], m[ZZ]
+
+
+@inline
+def load_quaternion(array: Array, place: int) -> Any:
+    """Read a quaternion: x, y, z, w."""
+    return array[place], array[place + 1], array[place + 2], array[place + W]
+
+
+@inline
+def store_quaternion(array: Array, place: int, q: Any) -> None:
+    """Write a quaternion."""
+    array[place], array[place + 1], array[place + 2], array[place + W] = q
 
 
 @inline
@@ -102,21 +125,37 @@ def negate(v: Any) -> Any:
 def apply_symmetric(m: Any, v: Any) -> Any:
     """Return M v of a symmetric matrix (xx, xy, xz, yy, yz, zz)."""
     return (
-        m[0] * v[0] + m[1] * v[1] + m[2] * v[2],
-        m[1] * v[0] + m[3] * v[1] + m[4] * v[2],
-        m[2] * v[0] + m[4] * v[1] + m[5] * v[2],
+        m[XX] * v[0] + m[XY] * v[1] + m[XZ] * v[2],
+        m[XY] * v[0] + m[YY] * v[1] + m[YZ] * v[2],
+        m[XZ] * v[0] + m[YZ] * v[1] + m[ZZ] * v[2],
     )
+
+
+@inline
+def add_symmetric(a: Any, b: Any) -> Any:
+    """Return A + B of two symmetric matrices."""
+    return (
+        a[XX] + b[XX], a[XY] + b[XY], a[XZ] + b[XZ],
+        a[YY] + b[YY], a[YZ] + b[YZ], a[ZZ] + b[ZZ],
+    )  # fmt: skip
+
+
+@inline
+def trace(m: Any) -> Any:
+    """Return the sum of the diagonal of a symmetric matrix."""
+    return m[XX] + m[YY] + m[ZZ]
 
 
 @inline
 def invert_symmetric(m: Any) -> Any:
     """Return M^-1 of a regular symmetric matrix (xx, xy, xz, yy, yz, zz), by its adjugate."""
-    xx, xy, xz = m[3] * m[5] - m[4] * m[4], m[2] * m[4] - m[1] * m[5], m[1] * m[4] - m[2] * m[3]
-    determinant = m[0] * xx + m[1] * xy + m[2] * xz
+    xx, xy, xz, yy, yz, zz = m
+    cofactors = yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy
+    determinant = dot((xx, xy, xz), cofactors)
     return (
-        xx / determinant, xy / determinant, xz / determinant,
-        (m[0] * m[5] - m[2] * m[2]) / determinant, (m[1] * m[2] - m[0] * m[4]) / determinant,
-        (m[0] * m[3] - m[1] * m[1]) / determinant,
+        cofactors[0] / determinant, cofactors[1] / determinant, cofactors[2] / determinant,
+        (xx * zz - xz * xz) / determinant, (xy * xz - xx * yz) / determinant,
+        (xx * yy - xy * xy) / determinant,
     )  # fmt: skip
 
 

@@ -91,9 +91,10 @@ class _Object:
         begin = struct.unpack_from('<Q', content, 40)[0]
         size, count, names = struct.unpack_from('<HHH', content, 58)
         raw = [struct.unpack_from('<IIQQQQIIQQ', content, begin + i * size) for i in range(count)]
-        at = raw[names][4]
+        _, _, _, _, at, *_ = raw[names]
         self.sections = [
-            _Section(self._text(at + r[0]), r[1], r[2], r[4], r[5], r[6], r[7], r[8]) for r in raw
+            _Section(self._text(at + name), kind, flags, begin, size, link, applies_to, align)
+            for name, kind, flags, _address, begin, size, link, applies_to, align, _ in raw
         ]
         self.symbols = [
             symbol for s in self.sections if s.kind == _SYMBOLS for symbol in self._symbols(s)

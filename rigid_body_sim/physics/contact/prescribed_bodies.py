@@ -79,8 +79,10 @@ from rigid_body_sim.physics.vectors import (
     cross,
     dot,
     load,
+    load_quaternion,
     scale,
     store,
+    store_quaternion,
     subtract,
 )
 
@@ -143,7 +145,7 @@ def driven_bodies(parts: Sequence[Body], static: int) -> tuple[PrescribedBodies,
         entry[ROW] = rows[number] = static + 1 + len(drives)
         if part.motion is None:
             entry[PATH] = NO_PATH
-            entry[SURFACE : SURFACE + 3] = so3.rotate(
+            entry[drive.span(SURFACE)] = so3.rotate(
                 part.initial.orientation, np.array(part.surface_velocity)
             )
         else:
@@ -171,8 +173,7 @@ def _put_velocity(row: int, velocity: Any, spin: Any, bodies: Array) -> None:
 @inline
 def _put_pose(place: int, out: Array, poses: Array) -> None:
     """Write the pose of a collider."""
-    x, y, z = load(out, told.AT_ORIENTATION)
-    w = out[told.AT_ORIENTATION + 3]
+    x, y, z, w = load_quaternion(out, told.AT_ORIENTATION)
     store(poses, place + pose.POSITION, load(out, told.AT_POSITION))
     row_x = 1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)
     row_y = 2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)
@@ -237,8 +238,8 @@ def begin_tick(
         store(bodies, row + solver_bodies.FREE_ACCELERATION, acceleration)
         store(bodies, row + solver_bodies.FREE_ANGULAR_ACCELERATION, change)
         store(bodies, row + solver_bodies.START_POSITION, load(out, told.AT_POSITION))
-        for axis in range(4):
-            bodies[row + solver_bodies.START_ORIENTATION + axis] = out[told.AT_ORIENTATION + axis]
+        orientation = load_quaternion(out, told.AT_ORIENTATION)
+        store_quaternion(bodies, row + solver_bodies.START_ORIENTATION, orientation)
         center, _ = world_aabb(colliders.local_bounds, collider, colliders.poses)
         arm = subtract(center, load(out, told.AT_POSITION))
         radius = colliders.local_bounds[collider * bounds_record.SIZE + bounds_record.RADIUS]
@@ -265,11 +266,12 @@ def begin_substep(time: float, h: float, driven: PrescribedBodies, bodies: Array
         path = int(drives[entry + PATH])
         told.motion_at(paths, path, time, out)
         start = load(out, told.AT_POSITION)
-        u, w = load(out, told.AT_ORIENTATION), out[told.AT_ORIENTATION + 3]
+        u_x, u_y, u_z, w = load_quaternion(out, told.AT_ORIENTATION)
         told.motion_at(paths, path, time + h, out)
         moved = subtract(load(out, told.AT_POSITION), start)
-        v, s = load(out, told.AT_ORIENTATION), out[told.AT_ORIENTATION + 3]
+        v_x, v_y, v_z, s = load_quaternion(out, told.AT_ORIENTATION)
         # q(t + h) q(t)*
+        u, v = (u_x, u_y, u_z), (v_x, v_y, v_z)
         turn = subtract(subtract(scale(w, v), scale(s, u)), cross(v, u))
         scalar = s * w + dot(v, u)
         if scalar < 0.0:
@@ -282,13 +284,12 @@ def begin_substep(time: float, h: float, driven: PrescribedBodies, bodies: Array
         _put_velocity(row, mean, spin, bodies)
         store(bodies, row + solver_bodies.SUBSTEP_POSITION, start)
         store(bodies, row + solver_bodies.DISPLACEMENT, moved)
-        store(bodies, row + solver_bodies.SUBSTEP_ORIENTATION, u)
-        bodies[row + solver_bodies.SUBSTEP_ORIENTATION + 3] = w
+        store_quaternion(bodies, row + solver_bodies.SUBSTEP_ORIENTATION, (u_x, u_y, u_z, w))
         if bodies[row + solver_bodies.SYMMETRY] == solver_bodies.AS_IT_IS:
             store(bodies, row + solver_bodies.TURN, turn)
             bodies[row + solver_bodies.TURN_SCALAR] = scalar
         else:
-            solver_bodies.put_turn(bodies, row, (v[0], v[1], v[2], s))
+            solver_bodies.put_turn(bodies, row, (v_x, v_y, v_z, s))
 
 
 @kernel
@@ -482,8 +483,8 @@ def find_works(
             velocity = scale(HELD, load(bodies, row + solver_bodies.MOMENTUM))
             spin = scale(HELD, load(bodies, row + solver_bodies.ANGULAR_MOMENTUM))
         else:
-            half = _half_turn_of(number, static, bodies)
-            of_arm = (-half[0], -half[1], -half[2], half[3])
+            x, y, z, w = _half_turn_of(number, static, bodies)
+            of_arm = (-x, -y, -z, w)
             if _is_face(lane, number, drives, colliders, rows):
                 of_axes = of_arm
         points = int(manifolds[record + manifold_record.POINT_COUNT])

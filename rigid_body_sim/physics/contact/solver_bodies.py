@@ -31,7 +31,7 @@ from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact.array_groups import Group, Motion
 from rigid_body_sim.physics.contact.packed_bodies import member
 from rigid_body_sim.physics.state import blocks
-from rigid_body_sim.physics.state.blocks import LANES, add_compensated, at, rotate
+from rigid_body_sim.physics.state.blocks import LANES, add_compensated, at, rotated
 from rigid_body_sim.physics.vectors import (
     add,
     add_scaled,
@@ -40,11 +40,13 @@ from rigid_body_sim.physics.vectors import (
     divide,
     dot,
     load,
+    load_quaternion,
     load_strided,
     load_symmetric,
     scale,
     store,
     store_strided,
+    store_symmetric,
     subtract,
 )
 
@@ -164,8 +166,7 @@ def _put_inverse_inertia(bodies: Array, row: int, rotation: Array, place: int) -
         inverse = (first, 0.0, 0.0, first, 0.0, first)
     else:
         inverse = world_inverse_inertia(_orientation(rotation, place), principal)
-    store(bodies, row + INVERSE_INERTIA, (inverse[0], inverse[1], inverse[2]))
-    store(bodies, row + INVERSE_INERTIA + 3, (inverse[3], inverse[4], inverse[5]))
+    store_symmetric(bodies, row + INVERSE_INERTIA, inverse)
 
 
 @kernel
@@ -208,11 +209,8 @@ def spin(row: int, bodies: Array) -> Any:
 @inline
 def start_axis(row: int, bodies: Array) -> Any:
     """Axis of symmetry of a body at the start of the tick, world axes."""
-    q = row + START_ORIENTATION
-    axis = load(bodies, row + SYMMETRY_AXIS)
-    return rotate(
-        bodies[q], bodies[q + 1], bodies[q + 2], bodies[q + 3], axis[0], axis[1], axis[2]
-    )
+    orientation = load_quaternion(bodies, row + START_ORIENTATION)
+    return rotated(orientation, load(bodies, row + SYMMETRY_AXIS))
 
 
 @inline
@@ -371,22 +369,21 @@ def put_turn(bodies: Array, row: int, orientation: Any) -> None:
     kind = bodies[row + SYMMETRY]
     if kind == CENTRED_BALL:
         return
-    q_x, q_y, q_z, q_w = orientation
-    start = load(bodies, row + SUBSTEP_ORIENTATION)
-    start_w = bodies[row + SUBSTEP_ORIENTATION + 3]
+    start = load_quaternion(bodies, row + SUBSTEP_ORIENTATION)
     if kind == ABOUT_AXIS:
         axis = load(bodies, row + SYMMETRY_AXIS)
-        before = rotate(start[0], start[1], start[2], start_w, axis[0], axis[1], axis[2])
-        after = rotate(q_x, q_y, q_z, q_w, axis[0], axis[1], axis[2])
+        before, after = rotated(start, axis), rotated(orientation, axis)
         half = math.sqrt(max(0.5 * (1.0 + dot(before, after)), TINY))
         store(bodies, row + TURN, divide(scale(0.5, cross(before, after)), half))
         bodies[row + TURN_SCALAR] = half
         return
     # q qs*
-    now = (q_x, q_y, q_z)
-    turn = subtract(subtract(scale(start_w, now), scale(q_w, start)), cross(now, start))
+    q_x, q_y, q_z, q_w = orientation
+    s_x, s_y, s_z, s_w = start
+    now, before = (q_x, q_y, q_z), (s_x, s_y, s_z)
+    turn = subtract(subtract(scale(s_w, now), scale(q_w, before)), cross(now, before))
     store(bodies, row + TURN, turn)
-    bodies[row + TURN_SCALAR] = q_w * start_w + q_x * start[0] + q_y * start[1] + q_z * start[2]
+    bodies[row + TURN_SCALAR] = q_w * s_w + q_x * s_x + q_y * s_y + q_z * s_z
 
 
 @kernel

@@ -353,7 +353,7 @@ class HeldWrenches:
     def _take_written(self) -> None:
         """Put what was written at once into the slots, for who looks at their numbers."""
         for key, (way, (a, b, c, x, y, z)) in self._written.items():
-            axes, until = way[4], way[5]
+            *_, axes, until = way
             force, torque = (a, b, c), (x, y, z)
             if axes is not None:
                 force, torque = turned_by(axes, force), turned_by(axes, torque)

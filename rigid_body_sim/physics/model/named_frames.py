@@ -98,4 +98,5 @@ def at_center(frame: Frame, force: Any, torque: Any) -> tuple[Vector, Vector]:
         raise InvalidModel(
             'moved to the centre of mass it is beyond the largest number; check the units (m, N)'
         )
-    return (values[0], values[1], values[2]), (values[3], values[4], values[5])
+    f_x, f_y, f_z, t_x, t_y, t_z = values
+    return (f_x, f_y, f_z), (t_x, t_y, t_z)

@@ -46,7 +46,16 @@ from rigid_body_sim.physics.model.numbers import is_list, number, numbers, shown
 from rigid_body_sim.physics.model.scene import Body, Oscillation, PrescribedMotion, Vector
 from rigid_body_sim.physics.model.shapes import Plane, Surface
 from rigid_body_sim.physics.model.tick_length import LONGEST_NS
-from rigid_body_sim.physics.vectors import add, add_scaled, cross, load, store
+from rigid_body_sim.physics.vectors import (
+    add,
+    add_scaled,
+    cross,
+    load,
+    load_quaternion,
+    scale,
+    store,
+    store_quaternion,
+)
 
 Array = NDArray[np.float64]
 
@@ -87,28 +96,36 @@ AT_VELOCITY = instant.vector('m/s', 'of the point, world')
 AT_SPIN = instant.vector('rad/s', 'world axes')
 AT_ACCELERATION = instant.vector('m/s^2', 'of the point, world')
 AT_ANGULAR_ACCELERATION = instant.vector('rad/s^2', 'world axes')
-WAYS_AT = instant.numbers(3 * len(WAYS), 'm or rad, s^-n', 'scratch: ways, rates, their rates')
+# scratch: the six ways, along x, y, z and behind them about x, y, z; and how they change
+WAYS_AT = instant.vector('m', 'along x, y, z')
+ANGLES_AT = instant.vector('rad', 'about x, y, z')
+RATES_AT = instant.vector('m/s', 'of the ways')
+ANGULAR_RATES_AT = instant.vector('rad/s', 'of the angles')
+CHANGES_AT = instant.vector('m/s^2', 'of the rates')
+ANGULAR_CHANGES_AT = instant.vector('rad/s^2', 'of the rates of the angles')
 INSTANT = instant.size
 
 
 @inline
 def _product(p: Any, q: Any) -> Any:
     """Quaternion p q, xyzw: q first."""
+    p_x, p_y, p_z, p_w = p
+    q_x, q_y, q_z, q_w = q
     return (
-        p[3] * q[0] + p[0] * q[3] + p[1] * q[2] - p[2] * q[1],
-        p[3] * q[1] - p[0] * q[2] + p[1] * q[3] + p[2] * q[0],
-        p[3] * q[2] + p[0] * q[1] - p[1] * q[0] + p[2] * q[3],
-        p[3] * q[3] - p[0] * q[0] - p[1] * q[1] - p[2] * q[2],
+        p_w * q_x + p_x * q_w + p_y * q_z - p_z * q_y,
+        p_w * q_y - p_x * q_z + p_y * q_w + p_z * q_x,
+        p_w * q_z + p_x * q_y - p_y * q_x + p_z * q_w,
+        p_w * q_w - p_x * q_x - p_y * q_y - p_z * q_z,
     )
 
 
 @inline
 def turned(q: Any, v: Any) -> Any:
     """Turn a vector by a unit quaternion."""
-    u = (q[0], q[1], q[2])
-    twice = cross(u, v)
-    twice = (2.0 * twice[0], 2.0 * twice[1], 2.0 * twice[2])
-    return add(add_scaled(v, q[3], twice), cross(u, twice))
+    x, y, z, w = q
+    u = (x, y, z)
+    twice = scale(2.0, cross(u, v))
+    return add(add_scaled(v, w, twice), cross(u, twice))
 
 
 @inline
@@ -120,18 +137,17 @@ def _angle(value: float) -> float:
 @kernel
 def _find_ways(paths: Array, path: int, time: float, out: Array) -> None:
     """Write the six ways at a time [s], their rates, and the rates of these."""
-    count = 3 * len(WAYS)
-    for entry in range(count):
-        out[WAYS_AT + entry] = 0.0
+    for entry in range(WAYS_AT, INSTANT):
+        out[entry] = 0.0
     place = path + HEAD
     for _wave in range(int(paths[path + WAVES])):
-        way = WAYS_AT + int(paths[place + WAY])
+        way = int(paths[place + WAY])
         rate = paths[place + RATE]
         angle = _angle(rate * time + paths[place + PHASE])
         size, sine = paths[place + AMPLITUDE], math.sin(angle)
-        out[way] += size * sine
-        out[way + 6] += size * rate * math.cos(angle)
-        out[way + 12] -= size * rate * rate * sine
+        out[WAYS_AT + way] += size * sine
+        out[RATES_AT + way] += size * rate * math.cos(angle)
+        out[CHANGES_AT + way] -= size * rate * rate * sine
         place += WAVE
     intervals = int(paths[path + INTERVALS])
     if intervals == 0:
@@ -148,12 +164,12 @@ def _find_ways(paths: Array, path: int, time: float, out: Array) -> None:
     place += INTERVAL * low
     within = 1.0 if begin <= time < last else 0.0
     s = max(min(time, last) - paths[place + BEGIN], 0.0)
-    for way in range(6):
+    for way in range(len(WAYS)):
         c = place + COEFFICIENTS + CUBIC * way
-        c1, c2, c3 = paths[c + 1], paths[c + 2], paths[c + 3]
+        c1, c2, c3 = load(paths, c + 1)
         out[WAYS_AT + way] += paths[c] + s * (c1 + s * (c2 + s * c3))
-        out[WAYS_AT + way + 6] += within * (c1 + s * (2.0 * c2 + 3.0 * s * c3))
-        out[WAYS_AT + way + 12] += within * (2.0 * c2 + 6.0 * s * c3)
+        out[RATES_AT + way] += within * (c1 + s * (2.0 * c2 + 3.0 * s * c3))
+        out[CHANGES_AT + way] += within * (2.0 * c2 + 6.0 * s * c3)
 
 
 @kernel
@@ -164,10 +180,10 @@ def motion_at(paths: Array, path: int, time: float, out: Array) -> None:
     path : where it begins;   out : written, `instant`
     """
     _find_ways(paths, path, time, out)
-    roll, pitch, yaw = load(out, WAYS_AT + 3)
+    roll, pitch, yaw = load(out, ANGLES_AT)
     roll, pitch, yaw = _angle(roll), _angle(pitch), _angle(yaw)
-    roll_1, pitch_1, yaw_1 = load(out, WAYS_AT + 9)
-    roll_2, pitch_2, yaw_2 = load(out, WAYS_AT + 15)
+    roll_1, pitch_1, yaw_1 = load(out, ANGULAR_RATES_AT)
+    roll_2, pitch_2, yaw_2 = load(out, ANGULAR_CHANGES_AT)
     spin = load(paths, path + SPIN)
     rate = math.sqrt(spin[0] * spin[0] + spin[1] * spin[1] + spin[2] * spin[2])
     half = _angle(0.5 * rate * time)
@@ -177,9 +193,7 @@ def motion_at(paths: Array, path: int, time: float, out: Array) -> None:
     about_y = (0.0, math.sin(0.5 * pitch), 0.0, math.cos(0.5 * pitch))
     about_x = (math.sin(0.5 * roll), 0.0, 0.0, math.cos(0.5 * roll))
     euler = _product(_product(about_z, about_y), about_x)
-    x, y, z = load(paths, path + ORIENTATION)
-    start = (x, y, z, paths[path + ORIENTATION + 3])
-    q = _product(_product(euler, steady), start)
+    q = _product(_product(euler, steady), load_quaternion(paths, path + ORIENTATION))
     cy, sy, cp, sp = math.cos(yaw), math.sin(yaw), math.cos(pitch), math.sin(pitch)
     of_angles = (
         cy * cp * roll_1 - sy * pitch_1,
@@ -200,13 +214,12 @@ def motion_at(paths: Array, path: int, time: float, out: Array) -> None:
     around = cross(omega, arm)
     way = add_scaled(load(out, WAYS_AT), time, load(paths, path + VELOCITY))
     store(out, AT_POSITION, add(add(load(paths, path + POSITION), way), arm))
-    store(out, AT_ORIENTATION, (q[0], q[1], q[2]))
-    out[AT_ORIENTATION + 3] = q[3]
-    velocity = add(load(paths, path + VELOCITY), load(out, WAYS_AT + 6))
+    store_quaternion(out, AT_ORIENTATION, q)
+    velocity = add(load(paths, path + VELOCITY), load(out, RATES_AT))
     store(out, AT_VELOCITY, add(velocity, around))
     store(out, AT_SPIN, omega)
     bent = add(cross(alpha, arm), cross(omega, around))
-    store(out, AT_ACCELERATION, add(load(out, WAYS_AT + 12), bent))
+    store(out, AT_ACCELERATION, add(load(out, CHANGES_AT), bent))
     store(out, AT_ANGULAR_ACCELERATION, alpha)
 
 
@@ -223,12 +236,12 @@ def path_of(body: Body, point: Vector, turn: Any = so3.IDENTITY) -> Array:
     start = body.initial
     to_followed = so3.rotate(start.orientation, np.subtract(followed, body.center_of_mass))
     numbers_of_head = np.zeros(HEAD)
-    numbers_of_head[POSITION : POSITION + 3] = np.asarray(start.position) + to_followed
-    numbers_of_head[ORIENTATION : ORIENTATION + 4] = so3.multiply(start.orientation, turn)
-    numbers_of_head[VELOCITY : VELOCITY + 3] = start.velocity
-    numbers_of_head[SPIN : SPIN + 3] = start.angular_velocity
+    numbers_of_head[head.span(POSITION)] = np.asarray(start.position) + to_followed
+    numbers_of_head[head.span(ORIENTATION)] = so3.multiply(start.orientation, turn)
+    numbers_of_head[head.span(VELOCITY)] = start.velocity
+    numbers_of_head[head.span(SPIN)] = start.angular_velocity
     arm = np.subtract(point, followed)
-    numbers_of_head[ARM : ARM + 3] = so3.rotate_back(turn, arm)
+    numbers_of_head[head.span(ARM)] = so3.rotate_back(turn, arm)
     waves = [
         (way, each.amplitude, 2.0 * math.pi / each.period, each.phase)
         for way, name in enumerate(WAYS)

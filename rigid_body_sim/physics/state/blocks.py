@@ -192,13 +192,17 @@ def add_compensated(total, lost, increment):
 @inline
 def rotated(q, v):
     """Return R(q) v: `rotate` for tuples."""
-    return rotate(q[0], q[1], q[2], q[3], v[0], v[1], v[2])
+    x, y, z, w = q
+    a, b, c = v
+    return rotate(x, y, z, w, a, b, c)
 
 
 @inline
 def rotated_back(q, v):
     """Return R(q)^T v, from world to body axes."""
-    return rotate(-q[0], -q[1], -q[2], q[3], v[0], v[1], v[2])
+    x, y, z, w = q
+    a, b, c = v
+    return rotate(-x, -y, -z, w, a, b, c)
 
 
 @inline

@@ -63,7 +63,7 @@ def make_overlaps() -> Array:
 def overlap_limits(local_bounds: Array) -> Array:
     """Depth (n,) that each collider tolerates [m]; what has no thickness, or no end: any."""
     bounds = local_bounds.reshape(-1, bounds_record.SIZE)
-    half = bounds[:, bounds_record.HALF : bounds_record.HALF + 3].min(axis=1, initial=np.inf)
+    half = bounds[:, bounds_record.bounds.span(bounds_record.HALF)].min(axis=1, initial=np.inf)
     edge = 2.0 * (half + bounds[:, bounds_record.ROUNDING])
     return np.where(np.isfinite(edge) & (edge > 0.0), DEEP * edge, np.inf)
 

@@ -43,7 +43,7 @@ def _sizes(colliders: Colliders) -> dict[int, float]:
     bounds = colliders.local_bounds.reshape(-1, bounds_record.SIZE)
     table = colliders.table.reshape(-1, collider_record.SIZE)
     edges = 2.0 * (
-        bounds[:, bounds_record.HALF : bounds_record.HALF + 3]
+        bounds[:, bounds_record.bounds.span(bounds_record.HALF)]
         + bounds[:, [bounds_record.ROUNDING]]
     )
     found: dict[int, float] = {}

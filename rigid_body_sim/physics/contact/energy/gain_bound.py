@@ -80,6 +80,7 @@ from rigid_body_sim.physics.vectors import (
     scale,
     store,
     subtract,
+    trace,
 )
 
 # [-] of the energy, in a tick of USUAL and more; in a shorter one less, as its square
@@ -95,11 +96,10 @@ def _size_of_energy(body: int, motion: Motion, bodies: Array) -> Any:
     row, place = body * solver_bodies.SIZE, blocks.at(body, blocks.TRANSLATION)
     inverse_mass = motion.translation[place + blocks.IM]
     acceleration = scale(inverse_mass, held_force_on(body, motion))
-    inverse = load_symmetric(bodies, row + solver_bodies.INVERSE_INERTIA)
-    trace = inverse[0] + inverse[3] + inverse[5]
+    inverses = trace(load_symmetric(bodies, row + solver_bodies.INVERSE_INERTIA))
     weight = 0.0
-    if trace > 0.0:
-        weight = math.sqrt(3.0 * dot(acceleration, acceleration) / (trace * inverse_mass))
+    if inverses > 0.0:
+        weight = math.sqrt(3.0 * dot(acceleration, acceleration) / (inverses * inverse_mass))
     return max(bodies[row + solver_bodies.ENERGY], 0.0) + weight
 
 

@@ -31,6 +31,12 @@ from rigid_body_sim.physics.contact.solver import batch_record, constraint, wide
 from rigid_body_sim.physics.contact.touching import bodies_of
 from rigid_body_sim.physics.state import blocks
 from rigid_body_sim.physics.vectors import (
+    XX,
+    XY,
+    XZ,
+    YY,
+    YZ,
+    ZZ,
     add,
     add_scaled,
     apply_symmetric,
@@ -197,12 +203,12 @@ def _add_inertia(body: int, gain: int, motion: Motion, gains: Array, bodies: Arr
     column_y = _apply_inertia(row, (0.0, 1.0, 0.0), bodies)
     column_z = _apply_inertia(row, (0.0, 0.0, 1.0), bodies)
     square = dot(arm, arm)
-    gains[inertia] += column_x[0] + mass * (square - arm[0] * arm[0])
-    gains[inertia + 1] += column_x[1] - mass * arm[0] * arm[1]
-    gains[inertia + 2] += column_x[2] - mass * arm[0] * arm[2]
-    gains[inertia + 3] += column_y[1] + mass * (square - arm[1] * arm[1])
-    gains[inertia + 4] += column_y[2] - mass * arm[1] * arm[2]
-    gains[inertia + 5] += column_z[2] + mass * (square - arm[2] * arm[2])
+    gains[inertia + XX] += column_x[0] + mass * (square - arm[0] * arm[0])
+    gains[inertia + XY] += column_x[1] - mass * arm[0] * arm[1]
+    gains[inertia + XZ] += column_x[2] - mass * arm[0] * arm[2]
+    gains[inertia + YY] += column_y[1] + mass * (square - arm[1] * arm[1])
+    gains[inertia + YZ] += column_y[2] - mass * arm[1] * arm[2]
+    gains[inertia + ZZ] += column_z[2] + mass * (square - arm[2] * arm[2])
 
 
 @inline

@@ -217,12 +217,12 @@ def _best_step(count: int, bend: Any, most: float, views: Array) -> Any:
         most : longest step
     """
     best = (0.0, 0.0, _value(count, bend, 0.0, 0.0, views))
-    det, least = bend[3], bend[4]
+    xx, xy, yy, det, least = bend
     for i in range(count):
         row = flight_record.PIECES + PIECE * i
         f, fu, fv = views[row + AHEAD], views[row + SLOPE_U], views[row + SLOPE_V]
-        x = (bend[2] * fu - bend[1] * fv) / det
-        y = (bend[0] * fv - bend[1] * fu) / det
+        x = (yy * fu - xy * fv) / det
+        y = (xx * fv - xy * fu) / det
         best = _better(best, count, bend, x, y, most, views)
         for j in range(i):
             row = flight_record.PIECES + PIECE * j
@@ -235,9 +235,9 @@ def _best_step(count: int, bend: Any, most: float, views: Array) -> Any:
             if squared == 0.0:
                 continue
             x, y = gu * g / squared, gv * g / squared
-            slope = -gv * fu + gu * fv + gv * (bend[0] * x + bend[1] * y)
-            slope -= gu * (bend[1] * x + bend[2] * y)
-            bent = gv * gv * bend[0] - 2.0 * gu * gv * bend[1] + gu * gu * bend[2]
+            slope = -gv * fu + gu * fv + gv * (xx * x + xy * y)
+            slope -= gu * (xy * x + yy * y)
+            bent = gv * gv * xx - 2.0 * gu * gv * xy + gu * gu * yy
             way = slope / max(bent, least * squared)  # round-off of a sharp bend may leave none
             best = _better(best, count, bend, x - way * gv, y + way * gu, most, views)
             for k in range(j):

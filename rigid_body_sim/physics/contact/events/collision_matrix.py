@@ -17,7 +17,7 @@ import math
 from typing import Any, NamedTuple
 
 from rigid_body_sim.physics.compile.kernels import inline
-from rigid_body_sim.physics.vectors import apply_symmetric, cross, dot
+from rigid_body_sim.physics.vectors import add_symmetric, apply_symmetric, cross, dot
 
 
 class StruckBody(NamedTuple):
@@ -49,14 +49,14 @@ class CollisionMatrix(NamedTuple):
 
 @inline
 def _turning(inverse_inertia: Any, arm: Any, axes: Any) -> Any:
-    """What the turning of one body gives to K: (r x e_i) . I^-1 (r x e_j)."""
+    """What the turning of one body gives to K: (r x e_i) . I^-1 (r x e_j), i <= j."""
     lever_1, lever_2, lever_n = cross(arm, axes[0]), cross(arm, axes[1]), cross(arm, axes[2])
     turn_1 = apply_symmetric(inverse_inertia, lever_1)
     turn_2 = apply_symmetric(inverse_inertia, lever_2)
     turn_n = apply_symmetric(inverse_inertia, lever_n)
     return (
-        dot(lever_1, turn_1), dot(lever_1, turn_2), dot(lever_2, turn_2),
-        dot(lever_1, turn_n), dot(lever_2, turn_n), dot(lever_n, turn_n),
+        dot(lever_1, turn_1), dot(lever_1, turn_2), dot(lever_1, turn_n),
+        dot(lever_2, turn_2), dot(lever_2, turn_n), dot(lever_n, turn_n),
     )  # fmt: skip
 
 
@@ -67,13 +67,12 @@ def in_axes(first: StruckBody, second: StruckBody, axes: Any) -> CollisionMatrix
 
     axes : two tangents and the normal, unit vectors, world axes
     """
-    a = _turning(first.inverse_inertia, first.arm, axes)
-    b = _turning(second.inverse_inertia, second.arm, axes)
+    k_11, k_12, k_1n, k_22, k_2n, k_nn = add_symmetric(
+        _turning(first.inverse_inertia, first.arm, axes),
+        _turning(second.inverse_inertia, second.arm, axes),
+    )
     mass = first.inverse_mass + second.inverse_mass
-    return CollisionMatrix(
-        mass + (a[0] + b[0]), a[1] + b[1], mass + (a[2] + b[2]),
-        a[3] + b[3], a[4] + b[4], mass + (a[5] + b[5]),
-    )  # fmt: skip
+    return CollisionMatrix(mass + k_11, k_12, mass + k_22, k_1n, k_2n, mass + k_nn)
 
 
 @inline

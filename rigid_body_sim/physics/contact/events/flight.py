@@ -45,9 +45,11 @@ from rigid_body_sim.physics.vectors import (
     add_scaled,
     dot,
     load,
+    load_quaternion,
     load_strided,
     scale,
     store,
+    store_quaternion,
     store_strided,
     subtract,
 )
@@ -138,7 +140,7 @@ def take_off(body: int, flights: Flights) -> None:
     store(records, row + flight_record.ANGULAR_MOMENTUM, NO_VECTOR)
     store(records, row + flight_record.TORQUE, NO_VECTOR)
     store(records, row + flight_record.INVERSE_MOMENTS, NO_VECTOR)
-    _put_orientation(row, NO_TURN, records)
+    store_quaternion(records, row + flight_record.ORIENTATION, NO_TURN)
     if body < motion.rigid_count:
         rotation, place = motion.rotation, at(body, ROTATION)
         momentum = load_strided(rotation, place + blocks.LX, LANES)
@@ -147,22 +149,14 @@ def take_off(body: int, flights: Flights) -> None:
         store(records, row + flight_record.TORQUE, NO_VECTOR if rests else torque)
         moments = load_strided(rotation, place + blocks.J1, LANES)
         store(records, row + flight_record.INVERSE_MOMENTS, moments)
-        _put_orientation(row, blocks.orientation(rotation, body), records)
-
-
-@inline
-def _put_orientation(row: int, q: Any, records: Array) -> None:
-    for entry in range(4):
-        records[row + flight_record.ORIENTATION + entry] = q[entry]
+        orientation = blocks.orientation(rotation, body)
+        store_quaternion(records, row + flight_record.ORIENTATION, orientation)
 
 
 @inline
 def orientation_of(row: int, records: Array) -> Any:
     """Orientation of the flight that begins at a place."""
-    return (
-        records[row + flight_record.ORIENTATION], records[row + flight_record.ORIENTATION + 1],
-        records[row + flight_record.ORIENTATION + 2], records[row + flight_record.ORIENTATION + 3],
-    )  # fmt: skip
+    return load_quaternion(records, row + flight_record.ORIENTATION)
 
 
 @inline
@@ -330,7 +324,7 @@ def _bring(body: int, time: float, flights: Flights) -> None:
     records, row = flights.records, body * flight_record.SIZE
     span = time - records[row + flight_record.TIME]
     q, angular_momentum = turned(0, body, span, flights)
-    _put_orientation(row, q, records)
+    store_quaternion(records, row + flight_record.ORIENTATION, q)
     store(records, row + flight_record.ANGULAR_MOMENTUM, angular_momentum)
     inverse_mass = records[row + flight_record.INVERSE_MASS]
     for axis in range(3):

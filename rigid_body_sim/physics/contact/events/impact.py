@@ -152,11 +152,12 @@ def write_impact(
     event : tick, part of it [s], collider A, collider B, approach [m/s]
     """
     entry, impacts = number * impact_list.SIZE, flights.impacts
-    impacts[entry + impact_list.TICK] = event[0]
-    impacts[entry + impact_list.PART] = event[1]
-    impacts[entry + impact_list.COLLIDER_A] = float(event[2])
-    impacts[entry + impact_list.COLLIDER_B] = float(event[3])
-    impacts[entry + impact_list.APPROACH] = event[4]
+    tick, part, collider_a, collider_b, approach = event
+    impacts[entry + impact_list.TICK] = tick
+    impacts[entry + impact_list.PART] = part
+    impacts[entry + impact_list.COLLIDER_A] = float(collider_a)
+    impacts[entry + impact_list.COLLIDER_B] = float(collider_b)
+    impacts[entry + impact_list.APPROACH] = approach
     impacts[entry + impact_list.KIND] = kind
     store(impacts, entry + impact_list.POINT, point)
     store(impacts, entry + impact_list.NORMAL, normal)

@@ -67,4 +67,4 @@ def of_last_tick(lists: Sequence[Array], tick: float, table: NDArray[np.int64]) 
 
 
 def _vectors(rows: Array, field: int) -> Array:
-    return rows[:, field : field + 3]
+    return rows[:, impact_list.impact.span(field)]

@@ -19,7 +19,7 @@ sequential impulses are slowest in).
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 from rigid_body_sim.physics.arrays import Array
 from rigid_body_sim.physics.compile.kernels import inline, slot, specialise
@@ -58,6 +58,29 @@ WIDTH = slot('[-] numbers of a point')
 TURNS = slot('[-] whether the inertia of anything turns with it, or changes')
 law = slot('kernel (constraints, points, ...): b + c J, m sigma, iota, and who takes part')
 give_to_point = slot('kernel (row, common, points): gives a point its part')
+
+
+class Sums(NamedTuple):
+    """
+    Sums over the points of a lane that take part.
+
+    point_count  : how many they are
+    mass         : m sigma [kg]
+    drive        : m sigma (b + c J) [N s]
+    softness     : iota
+    lengths      : squares of their ways from the first point [m^2]
+    rises        : squares of what the turn gives these ways along the normal [m^2/s^2]
+    arm_a, arm_b : [m] their arms on A and B
+    """
+
+    point_count: float
+    mass: float
+    drive: float
+    softness: float
+    lengths: float
+    rises: float
+    arm_a: Any
+    arm_b: Any
 
 
 @inline
@@ -130,11 +153,9 @@ def _find_motion(lane: int, turns: bool, constraints: Array, scratch: Array) -> 
 @inline
 def _sums_of_point(
     row: int, asked: bool, motion: Any, origin: Any, found: Any, points: Array
-) -> Any:
+) -> Sums:
     """
-    Return what a point adds to the sums of its lane: 1, m sigma, m sigma (b + c J), iota, the
-    squares of its way from the first point and of what the turn gives it along the normal, and
-    both arms; nothing where it takes no part.
+    Return what a point adds to the sums of its lane; nothing where it takes no part.
 
     row    : where it begins in this lane
     asked  : it may take part
@@ -151,33 +172,34 @@ def _sums_of_point(
     way = subtract(arm_b, origin)
     rise = dot(motion[1], way)
     points[row + contact_point.TAKES_PART] = share
-    return (
+    return Sums(
         share, stiff, stiff * bias, iota, share * dot(way, way),
         share * (rise * rise), scale(share, arm_a), scale(share, arm_b),
     )  # fmt: skip
 
 
 @inline
-def _added(sums: Any, more: Any) -> Any:
+def _added(sums: Sums, more: Sums) -> Sums:
     """Add the sums of points."""
-    return (
-        sums[0] + more[0], sums[1] + more[1], sums[2] + more[2], sums[3] + more[3],
-        sums[4] + more[4], sums[5] + more[5], add(sums[6], more[6]), add(sums[7], more[7]),
+    return Sums(
+        sums.point_count + more.point_count, sums.mass + more.mass, sums.drive + more.drive,
+        sums.softness + more.softness, sums.lengths + more.lengths, sums.rises + more.rises,
+        add(sums.arm_a, more.arm_a), add(sums.arm_b, more.arm_b),
     )  # fmt: skip
 
 
 @inline
-def _move_alike(sums: Any, motion: Any, origin: Any) -> Any:
+def _move_alike(sums: Sums, motion: Any, origin: Any) -> Any:
     """
     Tell whether the turn gives the points that take part one velocity along the normal: they
     differ by less than those of a face that turns by TURNING.
     """
-    count, lengths, rises = sums[0], sums[4], sums[5]
+    count = sums.point_count
     share = 1.0 / (count if count > 1.0 else 1.0)
-    middle = subtract(scale(share, sums[7]), origin)
+    middle = subtract(scale(share, sums.arm_b), origin)
     rise = dot(motion[1], middle)
-    spread = lengths - count * dot(middle, middle)
-    return rises - count * (rise * rise) < 0.5 * TURNING * TURNING * (spread - POINT)
+    spread = sums.lengths - count * dot(middle, middle)
+    return sums.rises - count * (rise * rise) < 0.5 * TURNING * TURNING * (spread - POINT)
 
 
 def _sum_up(
@@ -208,17 +230,16 @@ def _sum_up(
         row = lane + 3 * WIDTH
         found = law(constraints, points, scratch, lane, row, motion[0], inverse_h, slop, cap)
         sums = _added(sums, _sums_of_point(row, near > 3, motion, origin, found, points))
-        count, mass, drive, softness = sums[0], sums[1], sums[2], sums[3]
-        stirs = abs(mass * motion[0] + drive) > STILL * mass
+        stirs = abs(sums.mass * motion[0] + sums.drive) > STILL * sums.mass
         stirs = stirs & (scratch[lane + lane_scratch.ACTIVE] > 0.0)
         stirs = stirs & _move_alike(sums, motion, origin)
         scratch[lane + lane_scratch.COMMON_STIRS] = 1.0 if stirs else 0.0
-        scratch[lane + lane_scratch.COMMON_COUNT] = count
-        scratch[lane + lane_scratch.COMMON_MASS] = mass
-        scratch[lane + lane_scratch.COMMON_DRIVE] = drive
-        scratch[lane + lane_scratch.COMMON_SOFTNESS] = softness
-        wide_lanes.put_vector(scratch, lane + lane_scratch.COMMON_ARM_A, sums[6])
-        wide_lanes.put_vector(scratch, lane + lane_scratch.COMMON_ARM_B, sums[7])
+        scratch[lane + lane_scratch.COMMON_COUNT] = sums.point_count
+        scratch[lane + lane_scratch.COMMON_MASS] = sums.mass
+        scratch[lane + lane_scratch.COMMON_DRIVE] = sums.drive
+        scratch[lane + lane_scratch.COMMON_SOFTNESS] = sums.softness
+        wide_lanes.put_vector(scratch, lane + lane_scratch.COMMON_ARM_A, sums.arm_a)
+        wide_lanes.put_vector(scratch, lane + lane_scratch.COMMON_ARM_B, sums.arm_b)
 
 
 @inline

@@ -46,7 +46,7 @@ from rigid_body_sim.physics.contact.solver import (
 )
 from rigid_body_sim.physics.contact.solver.bends import bend_of_turn
 from rigid_body_sim.physics.contact.solver_bodies import ABOUT_AXIS
-from rigid_body_sim.physics.state.blocks import rotate
+from rigid_body_sim.physics.state.blocks import rotated
 from rigid_body_sim.physics.vectors import (
     add,
     add_scaled,
@@ -55,7 +55,9 @@ from rigid_body_sim.physics.vectors import (
     divide,
     dot,
     load,
+    load_quaternion,
     scale,
+    trace,
 )
 
 # [-] what points follow in a substep: cosine of the largest change of the heading, and of half the
@@ -124,19 +126,14 @@ def turn_rims(used: int, constraints: Array, scratch: Array, bodies: Array) -> N
 @inline
 def _axis(body: int, bodies: Array) -> Any:
     """Axis of symmetry of a body at the start of the substep, world axes."""
-    q = body + solver_bodies.SUBSTEP_ORIENTATION
-    axis = load(bodies, body + solver_bodies.SYMMETRY_AXIS)
-    return rotate(
-        bodies[q], bodies[q + 1], bodies[q + 2], bodies[q + 3], axis[0], axis[1], axis[2]
-    )
+    orientation = load_quaternion(bodies, body + solver_bodies.SUBSTEP_ORIENTATION)
+    return rotated(orientation, load(bodies, body + solver_bodies.SYMMETRY_AXIS))
 
 
 @inline
 def _axis_after(h: float, axis: Any, inverse: Any, angular_momentum: Any) -> Any:
     """Axis of symmetry after a substep of free rotation: it goes round L at the rate |L|/I."""
-    across = 0.5 * (
-        inverse[0] + inverse[3] + inverse[5] - dot(axis, apply_symmetric(inverse, axis))
-    )
+    across = 0.5 * (trace(inverse) - dot(axis, apply_symmetric(inverse, axis)))
     way = scale(h * across, angular_momentum)
     square = dot(way, way)
     angle = math.sqrt(square)

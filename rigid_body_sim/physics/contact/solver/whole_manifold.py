@@ -55,6 +55,7 @@ from rigid_body_sim.physics.contact.solver import (
 from rigid_body_sim.physics.contact.solver.solve import LIFTS, OPEN, soft_law, waits_to_bounce
 from rigid_body_sim.physics.vectors import (
     add,
+    add_symmetric,
     cross,
     dot,
     scale,
@@ -279,39 +280,33 @@ def _sums_of(
     if SOFT:
         softness = found[1]
         soft_share = share if softness > 0.0 else 0.0
-        soft = soft_share * softness, soft_share, soft_share * x, soft_share * y
+        soft = soft_share * softness, (soft_share, soft_share * x, soft_share * y)
     else:
-        soft = 0.0, 0.0, 0.0, 0.0
+        soft = 0.0, (0.0, 0.0, 0.0)
     return (
         (share, along_x, along_y, along_x * x, along_x * y, along_y * y), (r, r * x, r * y), soft
     )  # fmt: skip
 
 
 @inline
-def added_six(one: Any, two: Any) -> Any:
-    """Add six numbers to six."""
-    return (
-        one[0] + two[0], one[1] + two[1], one[2] + two[2],
-        one[3] + two[3], one[4] + two[4], one[5] + two[5],
-    )  # fmt: skip
-
-
-@inline
 def _added(sums: Any, more: Any) -> Any:
     """Add the sums of points."""
-    one, two = sums[2], more[2]
-    soft = one[0] + two[0], one[1] + two[1], one[2] + two[2], one[3] + two[3]
-    return added_six(sums[0], more[0]), add(sums[1], more[1]), soft
+    places, drives, (softness, soft_places) = sums
+    more_places, more_drives, (more_softness, more_soft_places) = more
+    return (
+        add_symmetric(places, more_places), add(drives, more_drives),
+        (softness + more_softness, add(soft_places, more_soft_places)),
+    )  # fmt: skip
 
 
 @inline
 def stirs(places: Any, drives: Any) -> Any:
     """Tell whether what moves the points that take part is more than STILL."""
-    count = places[0]
+    count, s_x, s_y, s_xx, _, s_yy = places
     share = 1.0 / (count if count > 1.0 else 1.0)
-    x, y = share * places[1], share * places[2]
+    x, y = share * s_x, share * s_y
     of_all, along_x, along_y = drives[0], drives[1] - x * drives[0], drives[2] - y * drives[0]
-    spread = (places[3] - x * places[1]) + (places[5] - y * places[2])
+    spread = (s_xx - x * s_x) + (s_yy - y * s_y)
     turns = along_x * along_x + along_y * along_y > STILL * STILL * (spread + POINT)
     return turns | (of_all * of_all > STILL * STILL * count)
 
@@ -338,18 +333,20 @@ def _sum_up(
         # also if others go on: what a lane does must not depend on them
         moves = moves & (scratch[lane + lane_scratch.WHOLE_WEIGHS] != DONE)
         scratch[lane + lane_scratch.WHOLE_STIRS] = 1.0 if moves else 0.0
-        wide_lanes.put_vector(scratch, lane + lane_scratch.WHOLE_PLACES, places[:3])
-        wide_lanes.put_vector(scratch, lane + lane_scratch.WHOLE_SQUARES, places[3:])
+        count, x, y, xx, xy, yy = places
+        wide_lanes.put_vector(scratch, lane + lane_scratch.WHOLE_PLACES, (count, x, y))
+        wide_lanes.put_vector(scratch, lane + lane_scratch.WHOLE_SQUARES, (xx, xy, yy))
         wide_lanes.put_vector(scratch, lane + lane_scratch.WHOLE_DRIVES, drives)
         if SOFT:
             scratch[lane + lane_scratch.WHOLE_SOFTNESS] = soft[0]
-            wide_lanes.put_vector(scratch, lane + lane_scratch.WHOLE_SOFT_PLACES, soft[1:])
+            wide_lanes.put_vector(scratch, lane + lane_scratch.WHOLE_SOFT_PLACES, soft[1])
 
 
 @inline
 def _arms_of(row: int, lane: int, middle: Any, constraints: Array, points: Array) -> Any:
     """
-    Return the arms of a point on A and B times psi_0, psi_1, psi_2, zeros where it takes no part.
+    Return the arms of a point on A times psi_0, psi_1, psi_2, and those on B; zeros where it takes
+    no part.
 
     middle : x, y of what takes part
     """
@@ -358,18 +355,20 @@ def _arms_of(row: int, lane: int, middle: Any, constraints: Array, points: Array
     one, two = share * (x - middle[0]), share * (y - middle[1])
     arm_a, arm_b = wide_lanes.arms(points, row)
     return (
-        scale(share, arm_a), scale(one, arm_a), scale(two, arm_a),
-        scale(share, arm_b), scale(one, arm_b), scale(two, arm_b),
+        (scale(share, arm_a), scale(one, arm_a), scale(two, arm_a)),
+        (scale(share, arm_b), scale(one, arm_b), scale(two, arm_b)),
     )  # fmt: skip
 
 
 @inline
 def _added_arms(one: Any, two: Any) -> Any:
     """Add what `_arms_of` returns of two points."""
+    one_a, one_b = one
+    two_a, two_b = two
     return (
-        add(one[0], two[0]), add(one[1], two[1]), add(one[2], two[2]),
-        add(one[3], two[3]), add(one[4], two[4]), add(one[5], two[5]),
-    )  # fmt: skip
+        (add(one_a[0], two_a[0]), add(one_a[1], two_a[1]), add(one_a[2], two_a[2])),
+        (add(one_b[0], two_b[0]), add(one_b[1], two_b[1]), add(one_b[2], two_b[2])),
+    )
 
 
 @inline
@@ -407,9 +406,10 @@ def _response(
     arms = _added_arms(arms, _arms_of(lane + 3 * width, lane, middle, constraints, points))
     normal = wide_lanes.vector(constraints, lane + constraint.NORMAL)
     row_a, row_b = lane + constraint.INVERSE_INERTIA_A, lane + constraint.INVERSE_INERTIA_B
-    return added_six(
-        response_of(row_a, turns, _moments(arms[:3], normal), constraints),
-        response_of(row_b, turns, _moments(arms[3:], normal), constraints),
+    arms_a, arms_b = arms
+    return add_symmetric(
+        response_of(row_a, turns, _moments(arms_a, normal), constraints),
+        response_of(row_b, turns, _moments(arms_b, normal), constraints),
     )
 
 
@@ -468,7 +468,7 @@ def _changes(lane: int, constraints: Array, points: Array, scratch: Array) -> An
             softness * count, 0.0, 0.0,
             softness * spread[0], softness * (s_xy - x * s_y), softness * spread[1],
         )  # fmt: skip
-        m = added_six(m, of_one if one_spring else of_each)
+        m = add_symmetric(m, of_one if one_spring else of_each)
     return change_from(spread, (r, r_x, r_y), m, (x, y), stirs)
 
 
@@ -493,11 +493,12 @@ def change_from(spread: Any, drives: Any, m: Any, middle: Any, stirs: bool) -> A
     x, y = middle
     # along one of them nothing is told apart where the points lie across it
     p, q = spread
+    m_00, m_01, m_02, m_11, m_12, m_22 = m
     wide, broad = p > LINE * (q + POINT), q > LINE * (p + POINT)
     zero, one, two = _solved(
         (
-            m[0] if stirs else 1.0, m[1] if wide else 0.0, m[2] if broad else 0.0,
-            m[3] if wide else 0.0, m[4] if wide & broad else 0.0, m[5] if broad else 0.0,
+            m_00 if stirs else 1.0, m_01 if wide else 0.0, m_02 if broad else 0.0,
+            m_11 if wide else 0.0, m_12 if wide & broad else 0.0, m_22 if broad else 0.0,
         ),
         (-r, x * r - r_x, y * r - r_y),
     )  # fmt: skip
@@ -553,8 +554,9 @@ def _weigh(lane: int, share: Any, impulses: Any, scratch: Array) -> Any:
         impulses : of its four points so far
     """
     before = scratch[lane + lane_scratch.WHOLE_WEIGHS]
-    most = wide_lanes.larger(impulses[0], impulses[1])
-    most = wide_lanes.larger(wide_lanes.larger(most, impulses[2]), impulses[3])
+    one, two, three, four = impulses
+    most = wide_lanes.larger(one, two)
+    most = wide_lanes.larger(wide_lanes.larger(most, three), four)
     waits = (before == ALIKE) & (share < 1.0) & (most > 0.0)
     most_before = scratch[lane + lane_scratch.WHOLE_MOST]
     scratch[lane + lane_scratch.WHOLE_MOST] = most if waits else most_before

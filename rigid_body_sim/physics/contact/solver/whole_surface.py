@@ -45,6 +45,7 @@ from rigid_body_sim.physics.contact.solver.constraint import LANES
 from rigid_body_sim.physics.vectors import (
     add,
     add_scaled,
+    add_symmetric,
     cross,
     dot,
     load,
@@ -230,13 +231,13 @@ def _sum_up_surface(
             r = weight * r
             along_x, along_y = weight * x, weight * y
             own_places = weight, along_x, along_y, along_x * x, along_x * y, along_y * y
-            places = whole_manifold.added_six(places, own_places)
+            places = add_symmetric(places, own_places)
             drives = add(drives, (r, r * x, r * y))
             if one_spring and c > 0.0:
                 soft, soft_count = soft + weight * c, soft_count + weight
                 soft_x, soft_y = soft_x + along_x, soft_y + along_y
             else:
-                softness = whole_manifold.added_six(
+                softness = add_symmetric(
                     softness, whole_manifold.square_of(c, weight, along_x, along_y)
                 )
             f_0, f_1, f_2 = (
@@ -269,15 +270,14 @@ def _products(vectors: Any, factor: float) -> Any:
 
 
 @inline
-def _soft_about_middle(sums: Any, squares: Any, x: float, y: float) -> Any:
+def _soft_about_middle(sums: Any, x: float, y: float) -> Any:
     """
     Return C: 00, 01, 02, 11, 12, 22.
 
-        sums, squares : of c times 1, x, y; and times x^2, xy, y^2
-        x, y          : middle of what takes part
+        sums : of c times 1, x, y, x^2, xy, y^2
+        x, y : middle of what takes part
     """
-    c, c_x, c_y = sums
-    c_xx, c_xy, c_yy = squares
+    c, c_x, c_y, c_xx, c_xy, c_yy = sums
     return (
         c, c_x - x * c, c_y - y * c,
         c_xx - x * (2.0 * c_x - x * c),
@@ -293,7 +293,8 @@ def _change_of(first: int, turns: bool, found: Any, rows: Array) -> Any:
     way from there; found: see `_sum_up_surface`.
     """
     places, drives, soft, forces, of_a, of_b = found
-    x, y = places[1] / places[0], places[2] / places[0]
+    s, s_x, s_y, s_xx, _, s_yy = places
+    x, y = s_x / s, s_y / s
     forces = _about_middle(forces, x, y)
     of_a, of_b = _about_middle(of_a, x, y), _about_middle(of_b, x, y)
     inverse_mass = (
@@ -301,10 +302,10 @@ def _change_of(first: int, turns: bool, found: Any, rows: Array) -> Any:
     )
     row_a, row_b = first + constraint.INVERSE_INERTIA_A, first + constraint.INVERSE_INERTIA_B
     m = _products(forces, inverse_mass)
-    m = whole_manifold.added_six(m, whole_manifold.response_of(row_a, turns, of_a, rows))
-    m = whole_manifold.added_six(m, whole_manifold.response_of(row_b, turns, of_b, rows))
-    m = whole_manifold.added_six(m, _soft_about_middle(soft[:3], soft[3:], x, y))
-    spread = places[3] - x * places[1], places[5] - y * places[2]
+    m = add_symmetric(m, whole_manifold.response_of(row_a, turns, of_a, rows))
+    m = add_symmetric(m, whole_manifold.response_of(row_b, turns, of_b, rows))
+    m = add_symmetric(m, _soft_about_middle(soft, x, y))
+    spread = s_xx - x * s_x, s_yy - y * s_y
     return whole_manifold.change_from(spread, drives, m, (x, y), True)
 
 

@@ -22,6 +22,12 @@ from rigid_body_sim.physics.compile.kernels import inline
 from rigid_body_sim.physics.contact.solver import constraint, contact_point, lane_scratch
 from rigid_body_sim.physics.contact.solver.constraint import LANES
 from rigid_body_sim.physics.vectors import (
+    XX,
+    XY,
+    XZ,
+    YY,
+    YZ,
+    ZZ,
     add,
     add_scaled,
     apply_symmetric,
@@ -55,8 +61,8 @@ def add_to_vector(rows: Array, row: int, share: float, v: Any) -> None:
 def symmetric(rows: Array, row: int) -> Any:
     """A symmetric matrix of a lane: xx, xy, xz, yy, yz, zz."""
     return (
-        rows[row], rows[row + LANES], rows[row + 2 * LANES],
-        rows[row + 3 * LANES], rows[row + 4 * LANES], rows[row + 5 * LANES],
+        rows[row + XX * LANES], rows[row + XY * LANES], rows[row + XZ * LANES],
+        rows[row + YY * LANES], rows[row + YZ * LANES], rows[row + ZZ * LANES],
     )  # fmt: skip
 
 

@@ -130,7 +130,7 @@ def packed(solid: Polyhedron) -> Array:
     head[[COUNT, FACES, EDGES]] = len(solid.vertices), len(solid.loops), len(solid.edges)
     head[[PLANES, LOOPS, EDGE_LIST]] = planes_at, loops_at, edges_at
     head[[NEAR, LOOP]] = near_at if near.size else 0.0, loops.shape[1]
-    head[CENTER : CENTER + 3] = solid.center
+    head[hull.span(CENTER)] = solid.center
     head[[RADIUS, HALF, SIZE]] = solid.radius, solid.half_width, size
     return np.concatenate((head, *(np.asarray(part, dtype=float).ravel() for part in parts)))
 

@@ -107,23 +107,23 @@ def record(vertices: Array, faces: Indices, *, name: str) -> Array:
     rings, ring_of = _rings(vertices, faces)
     count = len(faces)
     rows = np.zeros((count, TRIANGLE))
-    rows[:, CORNERS : CORNERS + 9] = corners.reshape(count, 9)
-    rows[:, BEYOND : BEYOND + 9] = vertices[beyond].reshape(count, 9)
-    rows[:, EDGE_KIND : EDGE_KIND + 3] = kinds
-    rows[:, OWNS_EDGE : OWNS_EDGE + 3] = (neighbours < 0) | (
-        np.arange(count)[:, None] < neighbours
-    )
+    rows[:, triangle.span(CORNERS)] = corners.reshape(count, 9)
+    rows[:, triangle.span(BEYOND)] = vertices[beyond].reshape(count, 9)
+    rows[:, triangle.span(EDGE_KIND)] = kinds
+    rows[:, triangle.span(OWNS_EDGE)] = (neighbours < 0) | (np.arange(count)[:, None] < neighbours)
     first = np.full(len(vertices), count)
     np.minimum.at(first, faces.ravel(), np.repeat(np.arange(count), 3))
-    rows[:, OWNS_VERTEX : OWNS_VERTEX + 3] = first[faces] == np.arange(count)[:, None]
-    rows[:, NORMAL : NORMAL + 3] = normals
+    rows[:, triangle.span(OWNS_VERTEX)] = first[faces] == np.arange(count)[:, None]
+    rows[:, triangle.span(NORMAL)] = normals
     rows[:, FACET_OF] = facets
-    begins = HEAD + np.cumsum([0, rows.size, planes.size, rings.size])
-    rows[:, RING : RING + 3] = ring_of[faces] + begins[2]
+    of_triangles, of_planes, of_rings, of_nodes = HEAD + np.cumsum(
+        [0, rows.size, planes.size, rings.size]
+    )
+    rows[:, triangle.span(RING)] = ring_of[faces] + of_rings
     head = np.zeros(HEAD)
     head[[COUNT, LEAVES, FLATNESS]] = count, leaves, tolerance
     head[IS_GRAPH] = np.all(normals @ areas.sum(axis=0) > 0.0)
-    head[[TRIANGLES, PLANES, NODES]] = begins[0], begins[1], begins[3]
+    head[[TRIANGLES, PLANES, NODES]] = of_triangles, of_planes, of_nodes
     return np.concatenate((head, rows.ravel(), planes.ravel(), rings, nodes.ravel()))
 
 
@@ -264,7 +264,7 @@ def _flat(
     """Take apart what bends from triangle to triangle, each by less than the tolerance."""
     planes = _planes(facets, corners, normals, sizes)
     own = planes[facets]
-    off = np.abs(np.einsum('mck,mk->mc', corners, own[:, :3]) - own[:, 3:]).max(axis=1)
+    off = np.abs(np.einsum('mck,mk->mc', corners, own[:, :-1]) - own[:, -1:]).max(axis=1)
     bent = np.zeros(len(planes), dtype=bool)
     bent[facets[off > tolerance]] = True
     singles = bent[facets]
@@ -278,17 +278,18 @@ def _nodes(corners: Array) -> tuple[Array, int]:
     while leaves * LEAF < len(corners):
         leaves *= 2
     nodes = np.empty((2 * leaves, NODE))
-    nodes[:, LOW : LOW + 3], nodes[:, HIGH : HIGH + 3] = np.inf, -np.inf
+    low, high = node.span(LOW), node.span(HIGH)
+    nodes[:, low], nodes[:, high] = np.inf, -np.inf
     starts = np.arange(0, len(corners), LEAF)
     last = nodes[leaves : leaves + len(starts)]
-    last[:, LOW : LOW + 3] = np.minimum.reduceat(corners.min(axis=1), starts)
-    last[:, HIGH : HIGH + 3] = np.maximum.reduceat(corners.max(axis=1), starts)
+    last[:, low] = np.minimum.reduceat(corners.min(axis=1), starts)
+    last[:, high] = np.maximum.reduceat(corners.max(axis=1), starts)
     level = leaves
     while level > 1:
         below = nodes[level : 2 * level].reshape(-1, 2, NODE)
         level //= 2
-        nodes[level : 2 * level, LOW : LOW + 3] = below[:, :, LOW : LOW + 3].min(axis=1)
-        nodes[level : 2 * level, HIGH : HIGH + 3] = below[:, :, HIGH : HIGH + 3].max(axis=1)
+        nodes[level : 2 * level, low] = below[:, :, low].min(axis=1)
+        nodes[level : 2 * level, high] = below[:, :, high].max(axis=1)
     return nodes, leaves
 
 
