@@ -125,7 +125,7 @@ def test_what_it_decides_is_the_distance_or_the_depth_by_coal():
             continue
         decided += 1
         smallest = min(box.sizes.min(), solid.sizes.min())
-        share, lead = on_face_module.SHARE, on_face_module.LEAD
+        share, lead = on_face_module.EDGE_SHARE, on_face_module.EDGE_LEAD
         deeper = (lead * smallest + share * abs(found.gap)) / (1.0 - share)
         # coal iterates on the round rim: 1e-5; what hangs over may be higher by HANGING
         assert found.gap > truth - 1e-5 - (deeper if truth < 0.0 else 0.0), (box, solid)

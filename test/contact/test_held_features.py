@@ -63,7 +63,7 @@ def test_the_face_that_gives_the_normal_gives_it_until_another_is_better(lower, 
         return cases.collide(a, b, pose_a, pose_b, MARGIN, held=held)
 
     up, down = changes(meet, lambda found: found.normal[0] != 0.0, np.linspace(0.06, 0.14, 81))
-    lead = 1e-4 * 0.02 / lean  # FACE_LEAD, FACE_GAIN of the least half edge, as a half edge
+    lead = 1e-4 * 0.02 / lean  # FACE_LEAD of the least half edge, as a half edge
     step = 1e-3
     assert up == pytest.approx(0.1 + lead, abs=1.1 * step)
     assert down == pytest.approx(0.1 - lead, abs=1.1 * step)

@@ -79,13 +79,13 @@ def test_smallest_gap_of_the_manifold_is_the_distance_of_coal(pair, count):
         tie = MUCH_DEEPER * (2.0 * min(a.reach, b.reach) + half) if a.solid is not None else TIE
         is_core = a.solid is None
         if truth > -a.radius:
-            lead = 0.0 if is_core else two_polyhedra.EDGE_GAIN * half
+            lead = 0.0 if is_core else two_polyhedra.EDGE_LEAD * half
             assert truth - lead - EXACT * abs(truth) - 1e-14 < found.gap < truth + tie, case
             apart += 1
         else:
             # The core of a capsule overlaps as the polyhedra do: gaps and depths before its layer.
             depth = -truth - a.radius
-            lead = (two_polyhedra.EDGE_GAIN + two_polyhedra.FACE_GAIN) * half
+            lead = (two_polyhedra.EDGE_LEAD + two_polyhedra.FACE_LEAD) * half
             lead += two_polyhedra.EDGE_SHARE / (1.0 - two_polyhedra.EDGE_SHARE) * depth + ITERATED
             assert truth - lead - ITERATED < found.gap < truth + lead + tie, case
             s = separation(a, b, pose_a, pose_b, found.normal)

@@ -196,9 +196,9 @@ def test_exchanging_the_two_shapes_turns_the_normal(pair):
         assert (len(one) > 0) == (len(other) > 0) or abs(one.gap - MARGIN) < 1e-3
         if not len(one) or not len(other):
             continue
-        # A face of B must beat one of A by FACE_GAIN, so the two may choose differently.
+        # A face of B must beat one of A by FACE_LEAD, so the two may choose differently.
         half = min(a.half_width, b.half_width)
-        lead = (two_polyhedra.EDGE_GAIN + 2.0 * two_polyhedra.FACE_GAIN) * half
+        lead = (two_polyhedra.EDGE_LEAD + 2.0 * two_polyhedra.FACE_LEAD) * half
         lead += 3.0 * MUCH_DEEPER * min(a.reach, b.reach)
         lead += 2.2 * two_polyhedra.EDGE_SHARE * max(0.0, -one.gap)
         assert abs(one.gap - other.gap) < lead
@@ -249,7 +249,7 @@ def test_small_motion_changes_the_smallest_gap_by_as_little():
             moved = pose_b + np.r_[direction * step, np.zeros(9)]
             gap = collide(a, b, pose_a, moved, 10.0).gap
             if before is not None:
-                lead = (two_polyhedra.EDGE_GAIN + two_polyhedra.FACE_GAIN) * half
+                lead = (two_polyhedra.EDGE_LEAD + two_polyhedra.FACE_LEAD) * half
                 lead += 1.1 * two_polyhedra.EDGE_SHARE * max(0.0, -gap)
                 lead += 3.0 * MUCH_DEEPER * min(a.reach, b.reach)
                 assert abs(gap - before) < 0.0005 * (1 + 1e-9) + lead, (a, b, step)

@@ -50,7 +50,7 @@ from rigid_body_sim.physics.vectors import (
     subtract,
 )
 
-TINY = 1e-30  # [-] cosine squared of half a turn: below, it is half a turn all the same
+HALF_TURN = 1e-30  # [-] cosine squared of half a turn: below, it is half a turn all the same
 
 body = Record()
 MOMENTUM = body.vector('kg m/s', '')
@@ -373,7 +373,7 @@ def put_turn(bodies: Array, row: int, orientation: Any) -> None:
     if kind == ABOUT_AXIS:
         axis = load(bodies, row + SYMMETRY_AXIS)
         before, after = rotated(start, axis), rotated(orientation, axis)
-        half = math.sqrt(max(0.5 * (1.0 + dot(before, after)), TINY))
+        half = math.sqrt(max(0.5 * (1.0 + dot(before, after)), HALF_TURN))
         store(bodies, row + TURN, divide(scale(0.5, cross(before, after)), half))
         bodies[row + TURN_SCALAR] = half
         return

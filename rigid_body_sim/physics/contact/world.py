@@ -689,7 +689,7 @@ class ContactWorld:
         seen = 0.0, 0.0
         start = (*(np.array(blocks) for blocks in motion), arrays.cache_in_use.copy())
         works, overlaps, mark = self.work_of_drives, dict(self._overlaps), len(self.impacts)
-        for step_number in range(cuts.STEPS):
+        for step_number in range(cuts.NEWTON_STEPS):
             if step_number:
                 for blocks, values in zip(motion, start, strict=False):
                     np.asarray(blocks)[:] = values
@@ -703,7 +703,7 @@ class ContactWorld:
             better = cuts.better_instant(length, seen, most)
             if not abs(better - length) > cuts.EXACT * h or not better > 0.0:
                 break
-            if step_number + 1 < cuts.STEPS:
+            if step_number + 1 < cuts.NEWTON_STEPS:
                 length = better
         return 0.0, length, length < most or cuts.have_met(seen, h)
 

@@ -80,7 +80,7 @@ Indices = NDArray[np.int64]
 FAST = 0.5  # [-] of the radius of the smaller: motion in a tick from which a pair is advanced
 PIECE = 0.25  # [-] of it: motion in a piece of a finer tick
 MOST_PIECES = 4096
-STEPS = 48  # of the advancement; a pair still undecided then is taken as a hit
+ADVANCEMENT_STEPS = 48  # of the advancement; a pair still undecided then is taken as a hit
 SHARE = 0.5  # [-] of the gap: room that turning may take in one step
 PAST = 0.02  # [-] of the time: so long after the gap is used up a hit is looked for
 ROUNDING = 1e-9  # [-] of the radius of the smaller: so far outside a point is of a body
@@ -281,7 +281,7 @@ def _stays_apart(
     true_shapes = TRUE_SHAPES and asks_true_shapes(a, b, table)
     if true_shapes and not gap_along(a, begin_a, b, begin_b, normal, colliders) > 0.0:
         normal = nearest_axis(a, begin_a, b, begin_b, normal, colliders, found)
-    for _step in range(STEPS):
+    for _step in range(ADVANCEMENT_STEPS):
         gap = gap_along(a, begin_a, b, begin_b, normal, colliders) - wander * (
             begun * begun * begun
         )

@@ -83,9 +83,9 @@ from rigid_body_sim.physics.vectors import (
 
 Array = NDArray[np.float64]
 
-FLUSH = 1e-4  # [-] of the radius of the smaller: surfaces that differ by no more are one
+FLUSH_STEP = 1e-4  # [-] of the radius of the smaller: surfaces that differ by no more are one
 CALM = 1e-7  # [m] closing in a tick that matters to nobody
-SAME = 5e-7  # [-] 1 - cos of an angle of 1e-3: below, two manifolds are supports of one face
+ONE_FACE = 5e-7  # [-] 1 - cos of an angle of 1e-3: below, two manifolds are supports of one face
 SAME_ROUND = 5e-13  # [-] of 1e-6, for what rolls: its normals turn with its place over an edge
 HELD = 1e-2  # [-] of the radius of the smaller: within it one point holds another
 LEAN = 0.99  # [-] cos: above, two normals may be those of supports of one body that leans
@@ -153,7 +153,7 @@ def _may_bind(
     fall = stretch * (swept[row_a + swept_aabbs.FALL] + swept[row_b + swept_aabbs.FALL])
     nearer = dot(load(manifolds, record + manifold_record.NORMAL), approach) * horizon - fall
     nearer += stretch * (swept[row_a + swept_aabbs.TURNING] + swept[row_b + swept_aabbs.TURNING])
-    flush = FLUSH * smaller_radius(colliders.local_bounds, a, b)
+    flush = FLUSH_STEP * smaller_radius(colliders.local_bounds, a, b)
     touches_flat = _is_ball_on_flat(a, b, colliders.table)
     for index in range(int(manifolds[record + manifold_record.POINT_COUNT])):
         gap = manifolds[record + manifold_record.POINTS + POINT * index + SEPARATION]
@@ -191,7 +191,7 @@ def _would_bind(
     velocity_a, spin_a, center_a = _velocity(row_a, bodies)
     velocity_b, spin_b, center_b = _velocity(row_b, bodies)
     closing = dot(normal, subtract(velocity_a, velocity_b)) * horizon
-    flush = FLUSH * smaller_radius(colliders.local_bounds, a, b)
+    flush = FLUSH_STEP * smaller_radius(colliders.local_bounds, a, b)
     acceleration = solver_bodies.FREE_ACCELERATION
     fall = dot(normal, load(bodies, row_a * solver_bodies.SIZE + acceleration))
     fall -= dot(normal, load(bodies, row_b * solver_bodies.SIZE + acceleration))
@@ -238,7 +238,7 @@ def _rank(
     row_b = collider_record.solver_body(b, colliders.table)
     velocity_a, spin_a, center_a = _velocity(row_a, bodies)
     velocity_b, spin_b, center_b = _velocity(row_b, bodies)
-    flush = FLUSH * smaller_radius(colliders.local_bounds, a, b)
+    flush = FLUSH_STEP * smaller_radius(colliders.local_bounds, a, b)
     first = math.inf
     for index in range(int(manifolds[record + manifold_record.POINT_COUNT])):
         place = record + manifold_record.POINTS + POINT * index
@@ -364,13 +364,13 @@ def _is_covered_by(
     towards = _normal_towards(record, side, manifolds)
     normal = _normal_towards(cover, side_c, manifolds)
     kind = colliders.table[own * collider_record.SIZE + collider_record.TYPE]
-    same = SAME if kind == BOX or kind == HULL else SAME_ROUND
+    same = ONE_FACE if kind == BOX or kind == HULL else SAME_ROUND
     if 1.0 - dot(towards, normal) < same:
         return False
     # flush tiles are seen along their faces, not along that of what leans on one of them
     normal = face_beneath(holder, normal, colliders)
     height, sunk = _surface(cover, side_c, normal, manifolds)
-    flush = FLUSH * smaller_radius(colliders.local_bounds, own, other)
+    flush = FLUSH_STEP * smaller_radius(colliders.local_bounds, own, other)
     place = record + manifold_record.POINTS
     gap = manifolds[place + SEPARATION]
     on_other = dot(normal, add_scaled(load(manifolds, place + POSITION), -0.5 * gap, towards))
@@ -473,7 +473,7 @@ def _is_held(
         first = int(manifolds[record + manifold_record.COLLIDER_A])
         side = 0 if _body_of(first, table) == body else 1
         along = dot(normal, _normal_towards(record, side, manifolds))
-        if manifolds[record + manifold_record.STATE] != DROPPED and 1.0 - along < SAME:
+        if manifolds[record + manifold_record.STATE] != DROPPED and 1.0 - along < ONE_FACE:
             for index in range(int(manifolds[record + manifold_record.POINT_COUNT])):
                 place = record + manifold_record.POINTS + POINT * index
                 way = subtract(load(manifolds, place + POSITION), point)

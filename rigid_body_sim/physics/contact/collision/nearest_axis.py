@@ -58,8 +58,8 @@ from rigid_body_sim.physics.vectors import add, dot, load, negate, scale, store,
 
 Array = NDArray[np.float64]
 
-STEPS = 48  # [-] most steps; what is undecided then has the best axis so far
-NEAR = 1e-3  # [-] of the gap: an axis may separate by so much less than the farthest one
+NEAREST_AXIS_STEPS = 48  # [-] most steps; what is undecided then has the best axis so far
+AXIS_SLACK = 1e-3  # [-] of the gap: an axis may separate by so much less than the farthest one
 TOUCHING = 1e-9  # [m] nearer is not apart
 EVEN = 1e-12  # [-] of a unit vector: what looks so little across a face looks along its middle
 
@@ -126,12 +126,12 @@ def nearest_axis(
     rounded = radius_about_core(a, colliders) + radius_about_core(b, colliders)
     way, size = normal, math.inf
     corners = 0
-    for _ in range(STEPS):
+    for _ in range(NEAREST_AXIS_STEPS):
         of_b = core_point(b, pose_b, negate(way), origin, colliders)
         difference = subtract(of_b, core_point(a, pose_a, way, origin, colliders))
         length = math.sqrt(dot(way, way))
         along = dot(way, difference) / length
-        if corners > 0 and size - along <= NEAR * (size - rounded):
+        if corners > 0 and size - along <= AXIS_SLACK * (size - rounded):
             break
         store(work, SIMPLEX + SIMPLEX_CORNER * corners + DIFFERENCE, difference)
         corners = nearest_of_simplex(work, corners + 1)

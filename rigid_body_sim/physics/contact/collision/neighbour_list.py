@@ -55,7 +55,7 @@ WORTH = 1.5  # [-] age times skin, in radii, at which a list and its length cost
 THINNEST, FIRST, THICKEST = 0.02, 0.1, 1.0  # [-] skin in radii
 THICKER, THINNER = 1.4, 0.75  # [-] from one list to the next
 LATE = 2.0  # [-] times that age, from which a list is made anew with a thinner skin
-ROUND_OFF = 1e-14  # [-] of what is added up to a corner of a box
+CORNER_ROUND_OFF = 1e-14  # [-] of what is added up to a corner of a box
 LARGEST = 1e150  # [m] from the origin
 
 NO_LIST = 0  # age of no list
@@ -111,7 +111,7 @@ def _find_boxes(query: Query, swept: Array, fat_aabbs: Array) -> bool:
         for axis in range(3):
             center = swept[row + swept_aabbs.CENTER + axis]
             reach = swept[row + swept_aabbs.HALF + axis] + expansion
-            reach += ROUND_OFF * (abs(center) + reach)
+            reach += CORNER_ROUND_OFF * (abs(center) + reach)
             low, high = center - reach, center + reach
             fat_aabbs[box + LOW + axis], fat_aabbs[box + HIGH + axis] = low, high
             inside &= (low >= fat_aabbs[fat + LOW + axis]) & (high <= fat_aabbs[fat + HIGH + axis])

@@ -52,7 +52,7 @@ from rigid_body_sim.physics.vectors import (
     subtract,
 )
 
-PARALLEL = 1e-9  # [-] sine squared of an angle: normals that are one, or lie in one plane
+ONE_PLANE = 1e-9  # [-] sine squared of an angle: normals that are one, or lie in one plane
 
 
 @inline
@@ -66,9 +66,9 @@ def _grip(gain: int, normal: Any, friction: float, gains: Array) -> None:
     elif held == gain_record.ON_PLANE:
         along = cross(axis, normal)
         length = dot(along, along)
-        if length > PARALLEL:
+        if length > ONE_PLANE:
             held, axis = gain_record.IN_TROUGH, divide(along, math.sqrt(length))
-    elif held == gain_record.IN_TROUGH and dot(axis, normal) * dot(axis, normal) > PARALLEL:
+    elif held == gain_record.IN_TROUGH and dot(axis, normal) * dot(axis, normal) > ONE_PLANE:
         held = gain_record.GRIPPED
     gains[gain + gain_record.HELD] = held
     store(gains, gain + gain_record.AXIS, axis)

@@ -70,9 +70,9 @@ from rigid_body_sim.physics.vectors import (
     subtract,
 )
 
-STEPS = 32  # [-] of the axis; 2 to 6 are needed
+BEST_AXIS_STEPS = 32  # [-] of the axis; 2 to 6 are needed
 FARTHEST = 0.5  # [-] a step of the axis, as a tangent
-ROUND_OFF = 3e-16  # [-] of the size: a gain in gap that is none
+GAIN_ROUND_OFF = 3e-16  # [-] of the size: a gain in gap that is none
 LAST_STEP = 1e-7  # [-] of the axis: what is left after it is its square
 LEAST_BEND = 1e-9  # [-] of the size: so much a piece bends at least
 ON_AXIS = 1e-9  # [-] sine of the angle with the axis of a cylinder: no rim point is extreme
@@ -321,7 +321,7 @@ def best_axis(a: int, b: int, normal: Any, flights: Flights) -> Any:
     best, (most, _) = normal, gap_along(a, b, normal, flights)
     for side in range(2):
         axis, gap, outside, beside = _end_of_cylinder(a, b, side, normal, flights)
-        if outside <= 0.0 and gap >= most - ROUND_OFF * size:
+        if outside <= 0.0 and gap >= most - GAIN_ROUND_OFF * size:
             return axis
         along = cross(axis, best)
         if outside > 0.0 and dot(along, along) < OFF_AXIS * OFF_AXIS:
@@ -330,7 +330,7 @@ def best_axis(a: int, b: int, normal: Any, flights: Flights) -> Any:
             most, _ = gap_along(a, b, best, flights)
     count = int(flights.views[flight_record.PIECES_KNOWN])
     count, longest = _enter_piece(a, b, count, best, flights), FARTHEST
-    for _step in range(STEPS):
+    for _step in range(BEST_AXIS_STEPS):
         first = across(best)
         frame = first, cross(best, first)
         _linearise(a, b, count, best, frame, flights)
@@ -342,9 +342,11 @@ def best_axis(a: int, b: int, normal: Any, flights: Flights) -> Any:
         way = math.sqrt(x * x + y * y)
         before = count
         count = _enter_piece(a, b, count, moved, flights)
-        known = count == before and (count < MOST_PIECES or gap >= promised - ROUND_OFF * size)
+        known = count == before and (
+            count < MOST_PIECES or gap >= promised - GAIN_ROUND_OFF * size
+        )
         last = known and way < LAST_STEP
-        if gap > most or (last and gap >= most - ROUND_OFF * size):
+        if gap > most or (last and gap >= most - GAIN_ROUND_OFF * size):
             best, most = moved, max(gap, most)
             longest = min(2.0 * longest, FARTHEST)
         elif known:
@@ -354,6 +356,6 @@ def best_axis(a: int, b: int, normal: Any, flights: Flights) -> Any:
     flights.views[flight_record.PIECES_KNOWN] = float(count)
     for side in range(2):
         axis, gap, _, _ = _end_of_cylinder(a, b, side, best, flights)
-        if gap >= most - ROUND_OFF * size:
+        if gap >= most - GAIN_ROUND_OFF * size:
             return axis
     return best

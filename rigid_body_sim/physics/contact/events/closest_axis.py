@@ -35,6 +35,7 @@ from rigid_body_sim.physics.contact.collision.collider import (
     SURFACE,
 )
 from rigid_body_sim.physics.contact.collision.conservative_advancement import asks_true_shapes
+from rigid_body_sim.physics.contact.collision.geometry.line_angles import NO_CROSS_PRODUCT
 from rigid_body_sim.physics.contact.collision.geometry.manifold import NORMAL as FOUND_NORMAL
 from rigid_body_sim.physics.contact.collision.shape_parameters import HALF_EDGES, NORMAL
 from rigid_body_sim.physics.contact.events import flight_record
@@ -53,7 +54,6 @@ from rigid_body_sim.physics.vectors import (
 )
 
 NO_VECTOR = (0.0, 0.0, 0.0)
-PARALLEL = 1e-12  # [-] squared sine of the angle of edges that have no common normal
 ACROSS = 1e-7  # [-] cosine of the angle of an axis with n below which it is across
 SAME_PLANE = 1e-9  # [-] squared sine of the angle of two edges below which one speaks for both
 
@@ -101,7 +101,7 @@ def _axis_of_boxes(shape_a: int, shape_b: int, place_a: int, place_b: int, array
         for edge_b in axes_b:
             normal = cross(edge_a, edge_b)
             squared = dot(normal, normal)
-            if squared > PARALLEL:
+            if squared > NO_CROSS_PRODUCT:
                 normal = scale(1.0 / math.sqrt(squared), normal)
                 along = dot(normal, offset)
                 apart = (

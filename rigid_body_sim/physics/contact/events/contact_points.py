@@ -8,8 +8,8 @@ along the common normal have in common.
     edge and edge             where they cross; parallel: the ends of their common stretch
     face, edge                the manifold of the pair kernel
 
-Corners that differ by less than SAME along the normal count as one feature: a flat box falls on
-four points, with a tilt of 1e-9 on one.
+Corners that differ by less than ONE_HEIGHT along the normal count as one feature: a flat box falls
+on four points, with a tilt of 1e-9 on one.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ from rigid_body_sim.physics.contact.collision.collider import (
     SURFACE,
     ColliderArrays,
 )
+from rigid_body_sim.physics.contact.collision.geometry.line_angles import NO_CROSS_PRODUCT
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     POINT,
     POINTS,
@@ -65,10 +66,9 @@ from rigid_body_sim.physics.vectors import (
     subtract,
 )
 
-SAME = 1e-12  # [-] of the size: heights of corners that are of one feature
-PARALLEL = 1e-12  # [-] squared sine of the angle of edges that do not cross
+ONE_HEIGHT = 1e-12  # [-] of the size: heights of corners that are of one feature
 FACE = flight_record.MOST_POINTS  # corners: as many as there is room for, or more
-NEAR = 1e-9  # [-] of the size: separation up to which the pair kernel is asked for points
+TOUCHING_GAP = 1e-9  # [-] of the size: separation up to which the pair kernel is asked for points
 
 GROUND = slot('[-] whether some collider is ground of triangles')
 collide = slot('kernel (type of A, type of B, ...): finds the manifold of any pair of the scene')
@@ -97,7 +97,7 @@ def corners(
         store(views, target, middle)
         return 1
     local = pose.to_shape(poses, place, out)
-    least = SAME * lever_of(collider, colliders)
+    least = ONE_HEIGHT * lever_of(collider, colliders)
     count = 0
     if kind == BOX or kind == CAPSULE:
         half = (0.0, 0.0, parameters[shape + HALF_LENGTH])
@@ -160,7 +160,7 @@ def _of_two_edges(out: Any, views: Array) -> int:
     both = dot(along_a, along_b)
     way = subtract(start_b, start_a)
     det = squared_a * squared_b - both * both
-    if det > PARALLEL * squared_a * squared_b:
+    if det > NO_CROSS_PRODUCT * squared_a * squared_b:
         share = (dot(along_a, way) * squared_b - dot(along_b, way) * both) / det
         _put(0, add_scaled(start_a, min(max(share, 0.0), 1.0), along_a), views)
         return 1
@@ -218,14 +218,14 @@ def _find_points(a: int, b: int, normal: Any, flights: Flights) -> int:
         colliders.table[row_a + collider_record.TYPE], type_b, colliders.parameters,
         colliders.table[row_a + collider_record.PARAMETERS],
         colliders.table[row_b + collider_record.PARAMETERS], colliders.poses, place_a, place_b,
-        NEAR * size, flights.found,
+        TOUCHING_GAP * size, flights.found,
     )  # fmt: skip
     least = math.inf
     for index in range(min(found, 4)):
         least = min(least, flights.found[POINTS + POINT * index + SEPARATION])
     for index in range(min(found, 4)):
         place = POINTS + POINT * index
-        if flights.found[place + SEPARATION] <= least + SAME * size:
+        if flights.found[place + SEPARATION] <= least + ONE_HEIGHT * size:
             _put(count, load(flights.found, place + POSITION), views)
             count += 1
     if count == 0:

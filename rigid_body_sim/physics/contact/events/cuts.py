@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 MOST_CUTS = 32  # [-] of a tick of an island; what meets then is left to the solver
-STEPS = 6  # [-] of Newton's method to an instant; 1 to 3 are needed where the solver is smooth
+NEWTON_STEPS = 6  # [-] to an instant; 1 to 3 are needed where the solver is smooth
 EXACT = 1e-16  # [-] of the tick: a better instant is none
 SAME_INSTANT = 1e-9  # [-] of a tick: what begins so little before one begins with it
 FIRST = 1 << 40  # manner of the first island that is cut: finer than any number of pieces

@@ -18,6 +18,7 @@ from rigid_body_sim.physics.contact import solver_bodies
 from rigid_body_sim.physics.contact.collision import collider_record
 from rigid_body_sim.physics.contact.events import event_lists, flight_record, impact_list
 from rigid_body_sim.physics.contact.events import joint_impact_record as record
+from rigid_body_sim.physics.contact.events.contact_points import ONE_HEIGHT
 from rigid_body_sim.physics.contact.events.event_lists import following
 from rigid_body_sim.physics.contact.events.flight import NO_VECTOR, Flights, body_of
 from rigid_body_sim.physics.contact.events.ground_parts import ask_part, lever_of
@@ -25,7 +26,6 @@ from rigid_body_sim.physics.contact.events.impact import material_of, velocity_a
 from rigid_body_sim.physics.contact.events.joint import WORLD, put_point
 from rigid_body_sim.physics.vectors import add, add_scaled, cross, dot, load
 
-SAME = 1e-12  # [-] of the size: gaps of pairs of one face, as of corners: see `contact_points`
 ONE_NORMAL = 1e-24  # [-] squared sine of the angle of normals that are one: the same as a tilt
 
 look = slot('kernel (side, collider, time, flights): shows a collider at an instant')
@@ -76,7 +76,7 @@ def _is_of_the_face(row: int, other: int, time: float, flights: Flights) -> bool
     size = lever_of(a, flights.colliders) + lever_of(b, flights.colliders)
     approach = pairs[other + flight_record.APPROACH]
     gap = abs(pairs[other + flight_record.INSTANT] - time) * approach
-    if not (approach > 0.0 and gap <= max(SAME * size, pairs[other + flight_record.NO_GAP])):
+    if not (approach > 0.0 and gap <= max(ONE_HEIGHT * size, pairs[other + flight_record.NO_GAP])):
         return False
     off = cross(load(pairs, row + flight_record.NORMAL), load(pairs, other + flight_record.NORMAL))
     return dot(off, off) <= ONE_NORMAL and is_of_same_bodies(row, other, flights)

@@ -44,7 +44,7 @@ from rigid_body_sim.physics.contact.events.impact import velocity_at
 from rigid_body_sim.physics.contact.solver import cache_record
 from rigid_body_sim.physics.vectors import add, cross, dot, load, scale, store, subtract
 
-NEAR = 0.05  # [-] of the size: separation up to which free points are looked for
+FREE_POINT_GAP = 0.05  # [-] of the size: separation up to which free points are looked for
 TOUCHES = 1e-9  # [-] of the size: what is nearer at the start of a tick is the solver's
 TOGETHER = (
     1e-6  # [-] of the size: points that differ by less, the sink of their pair, arrive at once
@@ -177,7 +177,7 @@ def _measure_free_points(row: int, cache: Array, flights: Flights) -> Any:
     pair_id = pairs[row + flight_record.LOADED]
     entry = entry_of(pair_id, cache)
     a, b = int(pairs[row + flight_record.COLLIDER_A]), int(pairs[row + flight_record.COLLIDER_B])
-    normals, places, count = find_manifold(a, b, pair_id, NEAR, flights)
+    normals, places, count = find_manifold(a, b, pair_id, FREE_POINT_GAP, flights)
     normal = load(found, normals)
     store(pairs, row + flight_record.NORMAL, normal)
     first_gap, first_speed = math.inf, 0.0
@@ -199,7 +199,7 @@ def _list_free_points(row: int, cache: Array, flights: Flights) -> int:
     pair_id = pairs[row + flight_record.LOADED]
     entry = entry_of(pair_id, cache)
     a, b = int(pairs[row + flight_record.COLLIDER_A]), int(pairs[row + flight_record.COLLIDER_B])
-    normals, places, points = find_manifold(a, b, pair_id, NEAR, flights)
+    normals, places, points = find_manifold(a, b, pair_id, FREE_POINT_GAP, flights)
     normal = load(found, normals)
     touches = TOGETHER * (lever_of(a, colliders) + lever_of(b, colliders))
     for index in range(points):

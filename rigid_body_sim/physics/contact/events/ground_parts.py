@@ -27,6 +27,7 @@ from rigid_body_sim.physics.contact.collision.collider import (
     SURFACE,
     ColliderArrays,
 )
+from rigid_body_sim.physics.contact.collision.geometry.line_angles import NO_CROSS_PRODUCT
 from rigid_body_sim.physics.contact.collision.geometry.manifold import NORMAL as FOUND_NORMAL
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records import (
     EDGE,
@@ -65,7 +66,6 @@ from rigid_body_sim.physics.contact.events.flight import Flights, pose_of_side
 from rigid_body_sim.physics.vectors import cross, dot, load, negate, scale, store, subtract
 
 LEVEL = 1e-7  # [-] of an edge: corners whose heights differ by less are of one feature
-PARALLEL = 1e-12  # [-] squared sine of the angle of edges that have no common normal
 NEARLY = 1e-6  # [rad] so little from an axis that touches, a better one is meant
 NO_VECTOR = (0.0, 0.0, 0.0)
 FAR = 1e300  # [m] the margin of a pair kernel that is to answer at any distance
@@ -198,7 +198,7 @@ def _better_across(
         along = _edge_of(row, of_b, flights.colliders)
         normal = cross(edge, along)
         squared = dot(normal, normal)
-        if squared > PARALLEL * dot(edge, edge) * dot(along, along):
+        if squared > NO_CROSS_PRODUCT * dot(edge, edge) * dot(along, along):
             normal = scale(1.0 / math.sqrt(squared), normal)
             best = _better(a, b, normal, known, best, flights)
     return best

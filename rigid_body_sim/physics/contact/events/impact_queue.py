@@ -52,7 +52,7 @@ from rigid_body_sim.physics.contact.events.joint import NO_LOAD
 from rigid_body_sim.physics.contact.events.on_ground import NO_MANIFOLD
 from rigid_body_sim.physics.contact.events.time_of_impact import (
     MISSES,
-    ROUND_OFF,
+    PLACE_ROUND_OFF,
     STAYS,
     extremes,
 )
@@ -281,7 +281,7 @@ def _no_gap(a: int, b: int, flights: Flights) -> Any:
     """Return the gap of two colliders that is but round-off of their places [m]."""
     place = load(flights.colliders.swept_aabbs, a * swept_aabbs.SIZE + swept_aabbs.CENTER)
     size = lever_of(a, flights.colliders) + lever_of(b, flights.colliders)
-    return ROUND_OFF * (size + math.sqrt(dot(place, place)))
+    return PLACE_ROUND_OFF * (size + math.sqrt(dot(place, place)))
 
 
 @inline

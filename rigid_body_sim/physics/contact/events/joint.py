@@ -55,7 +55,7 @@ from rigid_body_sim.physics.vectors import (
     store,
 )
 
-NEAR = 1e-3  # [-] of the size: separation up to which a contact that carries load is looked for
+LOADED_GAP = 1e-3  # [-] of the size: separation up to which contacts that carry are looked for
 WORLD = -1.0  # in place of the row of a body
 LIGHT = 1e-6  # [-] of the impulse that stops what strikes: a contact that pushes by less in a
 # substep carries nothing
@@ -253,7 +253,7 @@ def _add_carriers(number: int, least: float, cache: Array, flights: Flights) -> 
         if not _is_loaded(begin, least, cache):
             continue
         pair_id = cache[begin + cache_record.PAIR_ID]
-        normals, places, points = find_manifold(a, b, pair_id, NEAR, flights)
+        normals, places, points = find_manifold(a, b, pair_id, LOADED_GAP, flights)
         normal = load(found, normals)
         _, friction = material_of(a, b, flights)
         for index in range(points):

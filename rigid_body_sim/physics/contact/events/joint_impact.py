@@ -50,7 +50,7 @@ TINIEST = 1e-300  # [N s]
 SETTLED = 1e-16  # [-] of the largest impulse: changes below are round-off
 ENOUGH = 1e-10  # [-] the same, after the last sweep: by less nobody sees that it did not settle
 MOST_SWEEPS = 400  # there and back; of a face 3 to 20, of a stack of ten boxes some hundred
-ROUND_OFF = 1e-13  # [-] of the energy: what is more than that is a gain
+ENERGY_ROUND_OFF = 1e-13  # [-] of the energy: what is more than that is a gain
 NO_INERTIA = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 NO_VECTOR = (0.0, 0.0, 0.0)
 
@@ -359,7 +359,7 @@ def _share(returned: float, impact: JointImpact) -> float:
         before = load(points, place + record.COMPRESSED)
         linear += dot(given, before)
         square += 0.5 * dot(given, subtract(_relative_velocity(place, impact), before))
-    if linear + square <= returned * (1.0 + ROUND_OFF):
+    if linear + square <= returned * (1.0 + ENERGY_ROUND_OFF):
         return 1.0
     return 2.0 * returned / (linear + math.sqrt(linear * linear + 4.0 * square * returned))
 

@@ -74,19 +74,19 @@ from rigid_body_sim.physics.contact.collision.ground_misses import is_of, key_of
 from rigid_body_sim.physics.contact.collision.nearest_axis import radius_about_core
 from rigid_body_sim.physics.contact.collision.shape_parameters import NORMAL
 from rigid_body_sim.physics.contact.events import flight_record
-from rigid_body_sim.physics.contact.events.contact_points import SAME
+from rigid_body_sim.physics.contact.events.contact_points import ONE_HEIGHT
 from rigid_body_sim.physics.contact.events.flight import Flights, pose_of_side
 from rigid_body_sim.physics.contact.events.ground_parts import lever_of, plane_of, surface_of
 from rigid_body_sim.physics.contact.events.time_of_impact import (
     MEETS,
     MISSES,
     OVERLAP,
-    ROUND_OFF,
+    PLACE_ROUND_OFF,
     extremes,
 )
 from rigid_body_sim.physics.vectors import dot, load, negate, store, subtract
 
-NEAR = 1e-9  # [-] of the size: separation up to which something lies over a facet
+OVER_FACET_GAP = 1e-9  # [-] of the size: separation up to which something lies over a facet
 TOGETHER = 1e-9  # [-] of the time: parts met so little apart are compared
 NOW = 1e-11  # [s] what meets within it meets now
 ALONG = 1e-12  # [-] 1 - cos of an angle of 1e-6: manifolds along one normal
@@ -135,7 +135,9 @@ def margin_of(a: int, flights: Flights) -> Any:
     """Separation of what touches, but for rounding, where A was looked at [m]."""
     center = load(flights.views, flight_record.CENTER)
     size = lever_of(a, flights.colliders)
-    return max(NEAR * size, 8.0 * ROUND_OFF * (size + math.sqrt(dot(center, center))))
+    return max(
+        OVER_FACET_GAP * size, 8.0 * PLACE_ROUND_OFF * (size + math.sqrt(dot(center, center)))
+    )
 
 
 def _lies_over_facet(a: int, b: int, facet: float, flights: Flights) -> bool:
@@ -438,7 +440,7 @@ def _points_on_ground(a: int, b: int, normal: Any, flights: Flights) -> int:
                     least = min(least, found[point + SEPARATION])
                 elif count < flight_record.MOST_POINTS and found[
                     point + SEPARATION
-                ] <= least + SAME * lever_of(a, flights.colliders):
+                ] <= least + ONE_HEIGHT * lever_of(a, flights.colliders):
                     position = load(found, point + POSITION)
                     store(views, flight_record.TOUCHING + 3 * count, position)
                     count += 1

@@ -55,7 +55,7 @@ def _axes(velocity: Any, pull: Any, normal: Any) -> Any:
     if along * along <= STILL * STILL * dot(velocity, velocity):
         slip = add_scaled(pull, -dot(normal, pull), normal)
         along = math.sqrt(dot(slip, slip))
-        if along <= slip_path.ROUND_OFF * math.sqrt(dot(pull, pull)):
+        if along <= slip_path.MATRIX_ROUND_OFF * math.sqrt(dot(pull, pull)):
             slip, along = across(normal), 1.0
     first = scale(1.0 / along, slip)
     first = add_scaled(first, -dot(normal, first), normal)  # slip may be small beside approach
@@ -229,7 +229,7 @@ def point_impact(
     slip, size = dot(axes[0], velocity), math.sqrt(dot(velocity, velocity))
     slip = slip if slip > STILL * size else 0.0
     p_1, p_2, p_n = 0.0, 0.0, -(1.0 + restitution) * u_n / matrix.k_nn
-    small = slip_path.ROUND_OFF * (matrix.k_11 + matrix.k_22 + matrix.k_nn)
+    small = slip_path.MATRIX_ROUND_OFF * (matrix.k_11 + matrix.k_22 + matrix.k_nn)
     central = abs(matrix.k_1n) <= small and abs(matrix.k_2n) <= small
     if central and abs(matrix.k_12) <= small:
         p_1 = -min(friction * p_n, slip / matrix.k_11)

@@ -32,7 +32,7 @@ from rigid_body_sim.physics.contact.events.collision_matrix import CollisionMatr
 
 COLUMNS = 6  # of the extrapolation: with 2, 4, ... 12 midpoint steps
 LONGEST = 0.5  # [-] first step times the rate of the path
-ROUND_OFF = 2e-15  # [-] of K: less than that is what rounding left of zero
+MATRIX_ROUND_OFF = 2e-15  # [-] of K: less than that is what rounding left of zero
 ACCURACY = (
     3e-12  # [-] of the speed before the impact: error of order 10; that of order 12 is 1e-15
 )
@@ -205,7 +205,7 @@ def turns_no_more(slip: Slip, size: float, matrix: CollisionMatrix, friction: fl
     rate = friction * (matrix.k_11 + matrix.k_22) + abs(matrix.k_1n) + abs(matrix.k_2n)
     turn = abs(slip.cosine * f_2 - slip.sine * f_1)
     dies = slip.cosine * f_1 + slip.sine * f_2 < 0.0
-    return turn * (slip.speed if dies else max(slip.speed, size)) <= ROUND_OFF * rate * size
+    return turn * (slip.speed if dies else max(slip.speed, size)) <= MATRIX_ROUND_OFF * rate * size
 
 
 @kernel

@@ -46,7 +46,7 @@ from rigid_body_sim.physics.vectors import (
 
 EVALUATIONS = 64  # [-] of the axis; what is undecided then is left to the solver
 ROUNDS = 8  # [-] of the extreme points for one axis; 2 to 4 are needed
-ROUND_OFF = 2e-15  # [-] of place and size: a smaller gap is none
+PLACE_ROUND_OFF = 2e-15  # [-] of place and size: a smaller gap is none
 STILL = 1e-13  # [-] of the speeds: slower approach is none
 EVEN = 1e-15  # [-] of accelerations that are the same
 SOON = 1e-7  # [-] of the time left: extreme points of now are those of then
@@ -236,7 +236,7 @@ def _find_instant(a: int, b: int, start: float, end: float, row: int, flights: F
         store(views, flight_record.LAST_AXIS, add_scaled(normal, step, turn))
         center = load(views, flight_record.CENTER)
         size = levers + math.sqrt(dot(center, center))
-        if gap <= ROUND_OFF * size or time + step == time:
+        if gap <= PLACE_ROUND_OFF * size or time + step == time:
             speeds = _speeds(a, b, flights)
             if rate < -STILL * speeds:
                 pairs[row + flight_record.INSTANT] = time

@@ -32,6 +32,7 @@ from rigid_body_sim.physics.contact.solver import (
     surface_chain,
     wide_lanes,
 )
+from rigid_body_sim.physics.contact.solver.contact_point import ONE_POINT
 from rigid_body_sim.physics.contact.solver.solve import OPEN, soft_law, waits_to_bounce
 from rigid_body_sim.physics.vectors import (
     add,
@@ -50,7 +51,6 @@ STILL = 1e-9
 # keep. What rolls turns about the line on which it lies: its points move alike however fast it is.
 # A stack that trembles turns by less, and comes to rest ten times as fast by what is common.
 TURNING = 1.0
-POINT = 1e-16  # [m^2] of the sum of squares: points that are no farther apart are one
 
 SOFT = slot('[-] whether overlaps are soft, before the motion')
 BOUNCING = slot('[-] whether it is the impulse of restitution')
@@ -199,7 +199,7 @@ def _move_alike(sums: Sums, motion: Any, origin: Any) -> Any:
     middle = subtract(scale(share, sums.arm_b), origin)
     rise = dot(motion[1], middle)
     spread = sums.lengths - count * dot(middle, middle)
-    return sums.rises - count * (rise * rise) < 0.5 * TURNING * TURNING * (spread - POINT)
+    return sums.rises - count * (rise * rise) < 0.5 * TURNING * TURNING * (spread - ONE_POINT)
 
 
 def _sum_up(

@@ -68,7 +68,7 @@ ALIKE = 1e-9  # [-] 1 - cos of an angle of 4e-5: normals of one surface
 ROUNDS = 8  # [-] in which points that would pull are left out, at most
 THIN = 1e-9  # [-] of the second moment: points are as good as in a line
 EXACT = 1e-9  # [-] of the torque that may be lost by the choice
-FLUSH = 1e-5  # [m] from a surface: what a body has lost there was a part of it
+FLUSH_DISTANCE = 1e-5  # [m] from a surface: what a body has lost there was a part of it
 OF_LINES = 0.1  # [-] the same of a line that turns meanwhile: what is lost is across it
 LEAST = 1e-3  # [-] share of a face in the softness of a surface
 DONE = -2.0  # `manifold_record.STATE` of what belongs to a surface that was looked at
@@ -585,7 +585,7 @@ def _with_lost(
         second = second if shape == first else first
         origin = load(colliders.poses, shape * pose.SIZE + pose.POSITION)
         way = subtract(add(origin, load(cache, entry + cache_record.MIDDLE)), frame[0])
-        lies_in_plane = abs(dot(normal, way)) < FLUSH
+        lies_in_plane = abs(dot(normal, way)) < FLUSH_DISTANCE
         if (
             lies_in_plane
             and table[second * collider_record.SIZE + collider_record.BODY] == other_body

@@ -10,6 +10,8 @@ impulses). Tangential ones lie along the two tangents of the manifold.
 from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.contact.solver.constraint import LANES
 
+ONE_POINT = 1e-16  # [m^2] sum of squared ways from their middle: points with less are one
+
 point = Record(stride=LANES)
 ARM_A = point.vector('m', 'from the centre of mass of A, world axes')
 ARM_B = point.vector('m', 'from the centre of mass of B, world axes')

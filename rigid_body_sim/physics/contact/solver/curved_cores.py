@@ -28,6 +28,7 @@ from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact.collision import collider, collider_record, pose
 from rigid_body_sim.physics.contact.collision.collider import ColliderArrays
 from rigid_body_sim.physics.contact.collision.geometry import manifold
+from rigid_body_sim.physics.contact.collision.geometry.line_angles import NO_NEAREST_POINT
 from rigid_body_sim.physics.contact.collision.shape_parameters import HALF_LENGTH, RADIUS
 from rigid_body_sim.physics.contact.solver import (
     constraint,
@@ -41,7 +42,6 @@ from rigid_body_sim.physics.vectors import add, add_scaled, dot, load, scale, su
 
 ACROSS = 1e-9  # [-] cosine of a normal and an axis: below, it is that of a line
 SIDE_BY_SIDE = 1e-2  # [-] sin^2 of two axes: below, the normal follows one of them alone
-NO_ANGLE = 1e-16  # [-] sin^2 below which every point of an axis is as near
 
 
 @inline
@@ -160,7 +160,7 @@ def _between_nearest(way: Any, axis_a: Any, axis_b: Any, half_a: float, half_b: 
     """Return d and the place s on the core of A; way: w, see the module."""
     along_a, along_b, cosine = dot(way, axis_a), dot(way, axis_b), dot(axis_a, axis_b)
     sine = 1.0 - cosine * cosine
-    crosses = sine > NO_ANGLE
+    crosses = sine > NO_NEAREST_POINT
     on_a = (along_a - cosine * along_b) / (sine if crosses else 1.0)
     on_a = _clamped(on_a if crosses else along_a, half_a)
     wanted = cosine * on_a - along_b

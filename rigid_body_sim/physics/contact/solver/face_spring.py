@@ -56,7 +56,7 @@ from rigid_body_sim.physics.vectors import (
 )
 
 # [-] of the approach, and [m/s]: what tilts by less, seen from its radius, meets flat
-FLAT, ROUNDING = 1e-3, 1e-9
+FLAT_SHARE, FLAT_SPEED = 1e-3, 1e-9
 
 
 @inline
@@ -96,7 +96,7 @@ def meets_flat(lane: int, rows: Array, points: Array, bodies: Array) -> Any:
     approach = abs(dot(normal, subtract(of_b, of_a)))
     tilt = cross(normal, subtract(spin_b, spin_a))
     size = rows[lane + constraint.DEEP] / DEEP
-    most = FLAT * approach + ROUNDING
+    most = FLAT_SHARE * approach + FLAT_SPEED
     return size * size * dot(tilt, tilt) <= most * most
 
 

@@ -30,14 +30,14 @@ from rigid_body_sim.physics.contact.solver import (
     contact_point,
     wide_lanes,
 )
+from rigid_body_sim.physics.contact.solver.contact_point import ONE_POINT
 from rigid_body_sim.physics.vectors import add, dot, load, scale, subtract
 
-NEAR = 1e-3  # [-] of the radius: what is no farther apart may carry
+STILL_CARRIES = 1e-3  # [-] of the radius: what is no farther apart may carry
 ASIDE = (
     0.2  # [-] of the radius: a point so far from the plane of the others was of another contact
 )
 MOST = 1.0  # [-] of w_i - 1/k
-POINT = 1e-16  # [m^2] trace of M of what is one point
 LINE = 1e-6  # [-] of its square: determinant of M of what is a line
 
 
@@ -79,7 +79,7 @@ def _find_carriers(
         row = lane + constraint.SIZE + point * width
         if (
             rows[row + contact_point.NORMAL_IMPULSE] > 0.0
-            or manifolds[found + manifold.SEPARATION] <= NEAR * radius
+            or manifolds[found + manifold.SEPARATION] <= STILL_CARRIES * radius
         ):
             way = subtract(load(manifolds, found), first)
             one, other, _ = _in_frame(way, lane, rows)
@@ -98,7 +98,7 @@ def _slope(one: float, other: float, carriers: Carriers) -> Any:
     """Return M^+ p [1/m]."""
     trace = carriers.m_11 + carriers.m_22
     determinant = carriers.m_11 * carriers.m_22 - carriers.m_12 * carriers.m_12
-    if not trace > POINT:
+    if not trace > ONE_POINT:
         return 0.0, 0.0
     if determinant > LINE * trace * trace:
         along_1 = carriers.m_22 * one - carriers.m_12 * other

@@ -46,7 +46,7 @@ from rigid_body_sim.physics.model.material import material_of_pair, store_materi
 from rigid_body_sim.physics.state.blocks import LANES, RX, TRANSLATION, at
 from rigid_body_sim.physics.vectors import add_scaled, cross, dot, load, load_strided, subtract
 
-NEAR = 1e-6  # [m] apart from the nearest point of a manifold: it counts half in the first centre
+HALF_WEIGHT = 1e-6  # [m] apart from the nearest point of a manifold: it counts half at first
 
 AT_END = 0.97  # [-] cosine of normal and axis of a cylinder above which an edge is at its end
 
@@ -312,7 +312,7 @@ def _weigh_nearest(
 ) -> None:  # fmt: skip
     """
     Weigh the points of a manifold in the centre of its friction, until it is known what presses:
-    those that are nearest alike, the others by 1/(1 + (s/NEAR)^2), s how much farther they are.
+    those that are nearest alike, the others by 1/(1 + (s/HALF_WEIGHT)^2), s how much farther.
 
     The arm of friction ends where the surfaces touch. Halfway to a point that is still apart it
     would tip what lands on an edge or a rim, by an impulse of first order in h.
@@ -326,7 +326,7 @@ def _weigh_nearest(
     for point in range(manifold.MOST):
         weight = 0.0
         if point < point_count:
-            farther = (manifolds[first + point * manifold.POINT] - nearest) / NEAR
+            farther = (manifolds[first + point * manifold.POINT] - nearest) / HALF_WEIGHT
             weight = 1.0 / (1.0 + farther * farther)
         rows[weights + point * constraint.LANES] = weight
         total += weight

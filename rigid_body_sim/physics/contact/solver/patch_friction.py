@@ -60,6 +60,7 @@ from rigid_body_sim.physics.contact.solver import (
     wide_lanes,
 )
 from rigid_body_sim.physics.contact.solver.constraint import LANES
+from rigid_body_sim.physics.contact.solver.contact_point import ONE_POINT
 from rigid_body_sim.physics.vectors import (
     add,
     add_scaled,
@@ -74,7 +75,6 @@ SLIDES, DRILLS, BETWEEN = 7.0 / 9.0, 0.5, -0.25  # [-] of p, see above
 LINE = 1.0 / 3.0  # [-] k
 C_0, C_1, C_2, C_3, C_4 = 0.75, 0.26650, -0.35798, 0.35238, -0.13264  # [-] of C
 L_0, L_1, L_2, L_3, L_4 = 0.56298, 0.80088, 1.09004, -1.82472, 0.87236  # [-] G_X / G_Y
-POINT = 1e-16  # [m^2] a patch with less of a second moment is a point
 START = 1e-6  # [m/s] change of a tangential velocity that is left alone where a contact starts
 STALE = 0.1  # [-] of what presses: a patch on which so much more or less does is measured anew
 SETTLED = 1e-12  # [-] of what presses: friction that changes by less has settled
@@ -85,7 +85,7 @@ TURNS = slot('[-] whether the inertia of anything turns with it, or changes')
 @inline
 def flatness(trace: float, determinant: float) -> Any:
     """Return q of Sigma: 0 of a line, 1 where no direction is before another."""
-    scale_of = 1.0 / (trace if trace > POINT else 1.0)
+    scale_of = 1.0 / (trace if trace > ONE_POINT else 1.0)
     q = 4.0 * determinant * scale_of * scale_of
     q = q if q > 0.0 else 0.0
     return q if q < 1.0 else 1.0
@@ -347,7 +347,7 @@ def measure(lanes: int, wrench: int, all_lanes: bool, patch: Array, scratch: Arr
     for lane in range(lanes):
         c_1, c_2, s_11, s_12, s_22 = _moments(scratch, lane)
         trace = s_11 + s_22
-        is_patch = trace > POINT
+        is_patch = trace > ONE_POINT
         determinant = s_11 * s_22 - s_12 * s_12
         q = flatness(trace, determinant)
         k = LINE + (patch[lane + friction_patch.UNIFORM] - LINE) * q
@@ -609,7 +609,7 @@ def spread(lanes: int, constraints: Array, points: Array, patch: Array, scratch:
         c_1, c_2, s_11, _, s_22 = _moments(scratch, lane)
         total = scratch[lane + lane_scratch.PRESS]
         trace = s_11 + s_22
-        inverse_trace = 1.0 / (trace if trace > POINT else 1.0) if trace > POINT else 0.0
+        inverse_trace = 1.0 / (trace if trace > ONE_POINT else 1.0) if trace > ONE_POINT else 0.0
         press = (
             points[lane + contact_point.TOTAL_IMPULSE]
             + points[lane + contact_point.NORMAL_IMPULSE]

@@ -67,7 +67,6 @@ TURNED, TILTED = 0.0, 0.1
 # [-] between a cylinder that stands and one that lies, one point of a rim carries all: least sine
 # of the tilt, least cosine
 STANDS, LEANS = 1e-3, 1e-2
-TINY = 1e-30  # [-] cosine squared of half a turn: below, it is half a turn all the same
 
 
 @inline
@@ -159,7 +158,7 @@ def _bend(
     new_axis = _axis_after(1.0 / inverse_h, axis, inverse, angular_momentum)
     turn, scalar, goes_round = _turn_of_frame(normal, axis, new_axis)
     if not (is_rim and goes_round):
-        scalar = math.sqrt(max(0.5 * (1.0 + dot(axis, new_axis)), TINY))
+        scalar = math.sqrt(max(0.5 * (1.0 + dot(axis, new_axis)), solver_bodies.HALF_TURN))
         turn = divide(scale(0.5, cross(axis, new_axis)), scalar)
     spin = apply_symmetric(inverse, angular_momentum)
     cosine = dot(normal, axis)

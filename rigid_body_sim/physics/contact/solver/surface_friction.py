@@ -28,7 +28,6 @@ from rigid_body_sim.physics.contact.solver import (
     contact_point,
     friction_patch,
     lane_scratch,
-    patch_friction,
     pressure_of_face,
     wide_lanes,
 )
@@ -289,7 +288,7 @@ def _spread_surface(head: int, width: int, rows: Array) -> None:
     whole = wide_lanes.vector(rows, patch + friction_patch.TOTAL_1)
     force = add(scale(now[0], tangent_1), scale(now[1], tangent_2))
     force_whole = add(scale(whole[0], tangent_1), scale(whole[1], tangent_2))
-    inverse = 1.0 / trace if trace > patch_friction.POINT else 0.0
+    inverse = 1.0 / trace if trace > contact_point.ONE_POINT else 0.0
     turn = inverse * (now[2] - dot(normal, cross(middle, force)))
     turn_whole = inverse * (whole[2] - dot(normal, cross(middle, force_whole)))
     lane = head

@@ -52,6 +52,7 @@ from rigid_body_sim.physics.contact.solver import (
     lane_scratch,
     wide_lanes,
 )
+from rigid_body_sim.physics.contact.solver.contact_point import ONE_POINT
 from rigid_body_sim.physics.contact.solver.solve import LIFTS, OPEN, soft_law, waits_to_bounce
 from rigid_body_sim.physics.vectors import (
     add,
@@ -64,7 +65,6 @@ from rigid_body_sim.physics.vectors import (
 
 STILL = 1e-12  # [m/s] r below which nothing is solved
 ROUNDS = 6  # of active sets, at most: what is left then, the next pass does
-POINT = 1e-16  # [m^2] of the sum of squares: points that are no farther apart are one
 LINE = 1e-12  # [-] of the sum of squares along one tangent: less along the other is none
 ROUNDING = 1e-9  # [-] of an impulse, with what is to come: what is left where it comes to nothing
 SINGULAR = 1e-12  # [-] of its entry: a pivot that is no larger is none
@@ -307,7 +307,7 @@ def stirs(places: Any, drives: Any) -> Any:
     x, y = share * s_x, share * s_y
     of_all, along_x, along_y = drives[0], drives[1] - x * drives[0], drives[2] - y * drives[0]
     spread = (s_xx - x * s_x) + (s_yy - y * s_y)
-    turns = along_x * along_x + along_y * along_y > STILL * STILL * (spread + POINT)
+    turns = along_x * along_x + along_y * along_y > STILL * STILL * (spread + ONE_POINT)
     return turns | (of_all * of_all > STILL * STILL * count)
 
 
@@ -494,7 +494,7 @@ def change_from(spread: Any, drives: Any, m: Any, middle: Any, stirs: bool) -> A
     # along one of them nothing is told apart where the points lie across it
     p, q = spread
     m_00, m_01, m_02, m_11, m_12, m_22 = m
-    wide, broad = p > LINE * (q + POINT), q > LINE * (p + POINT)
+    wide, broad = p > LINE * (q + ONE_POINT), q > LINE * (p + ONE_POINT)
     zero, one, two = _solved(
         (
             m_00 if stirs else 1.0, m_01 if wide else 0.0, m_02 if broad else 0.0,

@@ -79,6 +79,10 @@ TINY = SHORTEST * SHORTEST  # [m^2] a component of 1e-13 of it still has a squar
 # changes its points, and loses their impulses, with every tremble.
 TIE = 1e-5  # [-] of the extent: depths
 LEAD = 1e-3  # [-] distances squared and areas
+# A normal is that of a side of A, unless a side of B, or an edge, separates by so much more.
+FACE_LEAD = 1e-4  # [-] of the smallest half width; 0: stacked boxes change their reference side
+EDGE_LEAD = 1e-3  # [-] of the same; 0: sides that touch get one point for four, capsules for two
+EDGE_SHARE = 0.05  # [-] of the distance of the sides, or of their overlap, beside EDGE_LEAD
 
 
 @inline

@@ -46,7 +46,7 @@ from rigid_body_sim.physics.vectors import cross, dot, load, subtract
 Array = NDArray[np.float64]
 
 SKIN = 1e-3  # [-] of the extent: what is no farther apart presses, or is about to
-SAME = 1e-9  # [-] of the extent: points nearer than this are one
+ONE_PLACE = 1e-9  # [-] of the extent: points nearer than this are one
 COINCIDENT = 4e-6  # [-] the same for flat points, where edges cross that nearly coincide
 EVEN = 1e-13  # [-] of the extent: depths of flat points that differ by less are rounding
 DEEPER = 1e-4  # [-] of the extent: so much deeper than all that are held a point takes a place
@@ -83,7 +83,7 @@ def keep_four(found: Array, first: int, count: int) -> int:
         if found[place + SEPARATION] < found[deepest + SEPARATION] - tie:
             deepest = place
     origin = load(found, deepest)
-    farthest, reach = deepest, SAME * extent * (SAME * extent)
+    farthest, reach = deepest, ONE_PLACE * extent * (ONE_PLACE * extent)
     for place in range(first, end, POINT):
         arm = subtract(load(found, place), origin)
         distance = dot(arm, arm)
@@ -94,7 +94,7 @@ def keep_four(found: Array, first: int, count: int) -> int:
         return 1
     copy_point(found, POINTS + POINT, farthest)
     normal, base = load(found, NORMAL), subtract(load(found, farthest), origin)
-    least = SAME * reach
+    least = ONE_PLACE * reach
     left, right, most, fewest = NO_POINT, NO_POINT, least, -least
     for place in range(first, end, POINT):
         # twice the signed area of the triangle, seen against the normal

@@ -36,7 +36,11 @@ from rigid_body_sim.physics.contact.collision.geometry.boxes.faces import (
     face_contact,
 )
 from rigid_body_sim.physics.contact.collision.geometry.boxes.two_boxes import between, relate
+from rigid_body_sim.physics.contact.collision.geometry.line_angles import NO_COMMON_NORMAL
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
+    EDGE_LEAD,
+    EDGE_SHARE,
+    FACE_LEAD,
     HELD,
     HELD_COUNT,
     SHORTEST,
@@ -46,13 +50,9 @@ from rigid_body_sim.physics.vectors import load
 
 Array = NDArray[np.float64]
 
-FACE_LEAD = 1e-4  # [-] of the smallest half edge; 0: stacked boxes change their reference side
-EDGE_LEAD = 1e-3  # [-] of the smallest half edge; 0: sides that touch get one point for four
-EDGE_SHARE = 0.05  # [-] of |s|
 HELD_LEAD = 0.5  # [-] of both, for edges that met in the last tick
 NOTHING = -1.0  # in place of a feature of the last tick
 CLEAR = 1e-9  # [-] of the smallest half edge: below, the direction between nearest points is noise
-PARALLEL = 1e-6  # [-] sin^2 of the angle between edges below which they have no common normal
 # [-] |a_i . b_j| above which every cross product is the normal of a side, within 2 mrad: else what
 # lies nearly flat stands on a crossing of edges in every other tick
 COVERED = 1.0 - 2e-6
@@ -124,7 +124,7 @@ def _crossed(
     if separation < 0.0 and separation <= to_beat:
         return separation  # to divide by a length below one makes it smaller still
     squared = cosine_1 * cosine_1 + cosine_2 * cosine_2
-    return separation / math.sqrt(squared) if squared > PARALLEL else -math.inf
+    return separation / math.sqrt(squared) if squared > NO_COMMON_NORMAL else -math.inf
 
 
 @inline

@@ -26,6 +26,8 @@ from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact.collision import pose
 from rigid_body_sim.physics.contact.collision.geometry.clamp import clamp
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
+    EDGE_LEAD,
+    EDGE_SHARE,
     SCRATCH,
     SHORTEST,
     write_normal,
@@ -41,10 +43,8 @@ from rigid_body_sim.physics.vectors import add, add_scaled, dot, load, negate, s
 Array = NDArray[np.float64]
 
 ENTERED = 1e-9  # [-] of all sizes: nearer than this the axis counts as in the box
-EDGE_LEAD = 1e-3  # [-] of the smallest half edge; 0: a capsule in a side gets one point for two
-EDGE_SHARE = 0.05  # [-] of |s|
 OVERHANG = 0.1  # [-] of the radius: how far beyond an edge the stretch reaches that lies on it
-SAME = 1e-6  # [-] of the radius: separations nearer than this are equal
+EQUAL_SEPARATION = 1e-6  # [-] of the radius: separations nearer than this are equal
 ALONG_EDGE = 1e-3  # [-] sine of the angle below which the axis and an edge span no normal
 
 NO_EDGE = -1  # a side separates most
@@ -234,7 +234,7 @@ def collide(
     low, high = _stretch(found, half_length, facing, beyond)
     write_normal(found, negate(pose.to_world(poses, pose_b, load(found, NORMAL))))
     separation = distance - radius
-    if at_edge < math.inf or not high - low > SAME * size:
+    if at_edge < math.inf or not high - low > EQUAL_SEPARATION * size:
         return _append(poses, pose_b, found, 0, nearest, separation, radius, margin, NEAREST)
     if apart:
         at_low, at_high = _distance(found, low) - radius, _distance(found, high) - radius
@@ -244,7 +244,7 @@ def collide(
         at_low = level + low * out * found[ALONG + facing]
         at_high = level + high * out * found[ALONG + facing]
     count = 0
-    if apart and separation < min(at_low, at_high) - SAME * radius:
+    if apart and separation < min(at_low, at_high) - EQUAL_SEPARATION * radius:
         count = _append(poses, pose_b, found, count, nearest, separation, radius, margin, NEAREST)
     count = _append(poses, pose_b, found, count, low, at_low, radius, margin, LOW_END)
     return _append(poses, pose_b, found, count, high, at_high, radius, margin, HIGH_END)

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact.collision import pose
 from rigid_body_sim.physics.contact.collision.geometry.clamp import clamp
+from rigid_body_sim.physics.contact.collision.geometry.line_angles import NO_NEAREST_POINT
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     NORMAL,
     SHORTEST,
@@ -42,9 +43,8 @@ from rigid_body_sim.physics.vectors import (
 Array = NDArray[np.float64]
 
 BESIDE = 0.03  # [-] sin^2 of the angle below which axes lie side by side (10 degrees)
-PARALLEL = 1e-8  # [-] sin^2 below which the nearest points are no better than the ends
-NO_ANGLE = 1e-16  # [-] sin^2 below which every point of an axis is as near
-SAME = 1e-6  # [-] of the half lengths: points nearer than this are one
+ENDS_AS_NEAR = 1e-8  # [-] sin^2 below which the nearest points are no better than the ends
+ONE_PLACE = 1e-6  # [-] of the half lengths: points nearer than this are one
 NO_DIRECTION = 1e-14  # [-] of all sizes: nearer axes cross, and their distance has no direction
 
 NEAREST, LOW_END, HIGH_END = 0.0, 1.0, 2.0  # features
@@ -54,7 +54,7 @@ NEAREST, LOW_END, HIGH_END = 0.0, 1.0, 2.0  # features
 def _nearest(along_a: float, along_b: float, cosine: float, sine: float, half_a: float,
              half_b: float) -> Any:  # fmt: skip
     """Return s and t of the nearest points of the axes; sine: squared, see the module."""
-    on_a = (along_a - cosine * along_b) / sine if sine > NO_ANGLE else along_a
+    on_a = (along_a - cosine * along_b) / sine if sine > NO_NEAREST_POINT else along_a
     on_a = clamp(on_a, half_a)
     on_b = cosine * on_a - along_b
     if abs(on_b) > half_b:
@@ -111,16 +111,16 @@ def collide(
     normal = pose.axis(poses, pose_a, 0)
     if distance > max(NO_DIRECTION * (reach + half_a + half_b), SHORTEST):
         normal = divide(between, distance)
-    elif sine > PARALLEL:
+    elif sine > ENDS_AS_NEAR:
         length = math.sqrt(sine)
         normal = divide(across, -length if dot(across, offset) < 0.0 else length)
     write_normal(found, normal)
     count = 0
-    same = SAME * (half_a + half_b)
+    same = ONE_PLACE * (half_a + half_b)
     beside = abs(cosine) * half_b
     low, high = clamp(along_a - beside, half_a), clamp(along_a + beside, half_a)
     if sine < BESIDE and high - low > same:
-        if sine > PARALLEL and low + same < on_a < high - same:
+        if sine > ENDS_AS_NEAR and low + same < on_a < high - same:
             count = _append(
                 poses, pose_a, pose_b, found, count, on_a, on_b, shift, reach, margin, NEAREST
             )

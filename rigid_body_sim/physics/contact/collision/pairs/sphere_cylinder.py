@@ -28,7 +28,7 @@ from rigid_body_sim.physics.vectors import add_scaled, divide, dot, load, negate
 
 Array = NDArray[np.float64]
 
-NEAR = 1e-8  # [-] squared distance from the axis / height: above, u leans by less than 1e-12
+OFF_AXIS = 1e-8  # [-] squared distance from the axis / height: above, u leans by less than 1e-12
 
 
 @kernel
@@ -45,7 +45,7 @@ def collide(
     squared = dot(across, across)
     rho = math.sqrt(squared)
     outward = pose.axis(poses, pose_b, 0)  # u: away from the axis
-    if squared > TINY + NEAR * (height * height):
+    if squared > TINY + OFF_AXIS * (height * height):
         outward = divide(across, rho)
     elif squared > TINY:  # what is across has lost digits: once more across the axis
         across = subtract(across, scale(dot(across, axis), axis))

@@ -25,6 +25,7 @@ from rigid_body_sim.physics.contact.collision.geometry.boxes.two_boxes import (
     crossed,
 )
 from rigid_body_sim.physics.contact.collision.geometry.clamp import clamp
+from rigid_body_sim.physics.contact.collision.geometry.line_angles import NO_COMMON_NORMAL
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     TINY,
     write_normal,
@@ -43,7 +44,6 @@ from rigid_body_sim.physics.vectors import (
 
 Array = NDArray[np.float64]
 
-PARALLEL = 1e-6  # [-] sin^2 of the angle between edges below which they have no common normal
 EDGES, CORNERS_A, CORNERS_B = 10000.0, 20000.0, 30000.0  # features: edge pairs, corners
 
 two_edges = Record(begin=SCRATCH_BEHIND)  # nearest points of the two edges under way
@@ -201,7 +201,7 @@ def nearest_points(poses: Array, pose_a: int, margin: float, found: Array) -> in
             cosine = found[COSINES + ROW * i + j]
             squared_sine = 1.0 - cosine * cosine
             apart = crossed(found, i, j)
-            if squared_sine < PARALLEL or not (
+            if squared_sine < NO_COMMON_NORMAL or not (
                 apart > 0.0 and apart * apart < least * squared_sine
             ):
                 continue

@@ -33,7 +33,10 @@ from rigid_body_sim.physics.contact.collision.geometry.cylinders.rim import (
     lowest_direction,
     rim_feature,
 )
+from rigid_body_sim.physics.contact.collision.geometry.line_angles import NO_COMMON_NORMAL
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
+    EDGE_LEAD,
+    EDGE_SHARE,
     FACE_MIDDLE,
     POINT,
     RIM,
@@ -63,12 +66,9 @@ from rigid_body_sim.physics.vectors import add, add_scaled, dot, load, scale, st
 
 Array = NDArray[np.float64]
 
-LEAD = 1e-3  # [-] of the smallest size by which an end or an edge must beat the faces …
-SHARE = 0.05  # [-] … plus this share of |s|
 HANGING = 0.01  # [-] of the radius: how much higher than the lowest point what is over the face is
 SHALLOW = 0.2  # [-] of the smallest size: deeper, the rim may leave sooner over an edge
-PARALLEL = 1e-6  # [-] sin^2 of the angle between axis and edge without a common normal
-FLAT = 0.99  # [-] cosine between the axis and a face on which the cylinder stands
+STANDS_ON_FACE = 0.99  # [-] cosine between the axis and a face on which the cylinder stands
 # cosine and sine of the turn from one chord to the next, and radius of corners whose polygon has
 # the area of the circle
 TURN_X, TURN_Y = 0.9659258262890683, 0.25881904510252074
@@ -134,7 +134,7 @@ def on_face(
         smallest = min(smallest, half_edge)
         along += found[OFFSET + k] * rise
         spread += half_edge * abs(rise)
-    to_beat = best + LEAD * smallest + SHARE * abs(best)
+    to_beat = best + EDGE_LEAD * smallest + EDGE_SHARE * abs(best)
     separation = abs(along) - spread
     if separation > margin:
         return 0
@@ -144,7 +144,7 @@ def on_face(
         i, j = (k + 1) % 3, (k + 2) % 3
         normal_i, normal_j = -_along_axis(found, j), _along_axis(found, i)  # e_k x a
         squared = normal_i * normal_i + normal_j * normal_j
-        if squared < PARALLEL:
+        if squared < NO_COMMON_NORMAL:
             continue
         separation = abs(normal_i * found[OFFSET + i] + normal_j * found[OFFSET + j])
         separation = (
@@ -162,7 +162,7 @@ def on_face(
     if not _least_gap(found, count) <= best + HANGING * radius:
         return UNDECIDED
     _to_world(parameters, box, poses, pose_a, found, face, count)
-    if count > 2 and abs(_along_axis(found, face)) > FLAT:
+    if count > 2 and abs(_along_axis(found, face)) > STANDS_ON_FACE:
         _measure_end(parameters, box, cylinder, poses, pose_a, found, face, count)
     found[RIM] = 1.0
     return keep_four(found, CANDIDATES, count)

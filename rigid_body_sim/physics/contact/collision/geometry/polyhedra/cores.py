@@ -6,7 +6,7 @@ A ball or a capsule against a convex polyhedron: a core, a point or a segment, w
 gap = distance of the core from the polyhedron - radius
 
 Where the core itself overlaps the polyhedron, the axis of least overlap takes the place of the
-nearest points: a face normal of the polyhedron or the cross product of core and edge (`EDGE_GAIN`,
+nearest points: a face normal of the polyhedron or the cross product of core and edge (`EDGE_LEAD`,
 `EDGE_SHARE` of `two_polyhedra`). A capsule that lies on a face touches at both ends of the part of
 its core that is over the face.
 
@@ -22,7 +22,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
+from rigid_body_sim.physics.contact.collision.geometry.line_angles import NO_CROSS_PRODUCT
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
+    EDGE_LEAD,
+    EDGE_SHARE,
     POINT,
     TINY,
     write_normal,
@@ -68,15 +71,12 @@ from rigid_body_sim.physics.contact.collision.geometry.polyhedra.scratch import 
     CORE_START,
     OFFSET,
 )
-from rigid_body_sim.physics.contact.collision.geometry.polyhedra.separating_axes import PARALLEL
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.support_points import (
     Vertices,
     support,
     vertices_of,
 )
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.two_polyhedra import (
-    EDGE_GAIN,
-    EDGE_SHARE,
     EXACT,
     LARGEST,
     nearest_to_axis,
@@ -100,7 +100,7 @@ NEAREST_POINT = -1.0  # feature of the point that is nearest to the polyhedron
 AT_START, AT_END = 1.0, 0.0  # features, on a face, of the ends of the core; its sides follow
 SIDES_FROM = 2.0  # features of the sides of a face begin here
 ROUNDED = 5e-11  # [-] 1 - cosine of 1e-5: a normal as near to that of a face is that of the face
-FLUSH = 5e-9  # [-] of 1e-4: it is, too, but the distance is the true one
+FLUSH_ANGLE = 5e-9  # [-] of 1e-4: it is, too, but the distance is the true one
 FACE_NAMES = 64.0  # [-] most sides of a face that have names of their own
 
 
@@ -166,7 +166,7 @@ def _take_face_normal(hull: Hull, distance: float, work: Array) -> float:
     plane = planes_of(hull) + PLANE * facing(hull, axis)
     normal, offset = load(hull.numbers, plane), hull.numbers[plane + PLANE_OFFSET]
     cosine = dot(axis, normal)
-    if cosine > 1.0 - FLUSH:
+    if cosine > 1.0 - FLUSH_ANGLE:
         store(work, AXIS, normal)
     if not cosine > 1.0 - ROUNDED:
         return distance
@@ -209,7 +209,7 @@ def _overlap_of_edges(
     """
     numbers, planes, edges = hull.numbers, planes_of(hull), edges_of(hull)
     vertices = vertices_of(hull)
-    floor = most + EDGE_GAIN * numbers[hull.begin + HALF] + EDGE_SHARE * abs(most)
+    floor = most + EDGE_LEAD * numbers[hull.begin + HALF] + EDGE_SHARE * abs(most)
     core = subtract(stop, start)
     squared_core = dot(core, core)
     for edge in range(edges, edges + EDGE * int(numbers[hull.begin + EDGES]), EDGE):
@@ -221,7 +221,7 @@ def _overlap_of_edges(
         # The normal between them that is: the combination without a part along the core.
         across = add_scaled(scale(abs(right), left_normal), abs(left), right_normal)
         size = math.sqrt(dot(across, across))
-        if not size * size > max(PARALLEL * squared_core, TINY):
+        if not size * size > max(NO_CROSS_PRODUCT * squared_core, TINY):
             continue
         across = divide(across, size)
         along = min(dot(start, across), dot(stop, across))
@@ -238,7 +238,7 @@ def _overlap_of_edges(
             squared, both = dot(run, run), dot(core, run)
             det = squared_core * squared - both * both
             end = 0.5
-            if det > PARALLEL * squared_core * squared:
+            if det > NO_CROSS_PRODUCT * squared_core * squared:
                 end = (dot(core, way) * squared - dot(run, way) * both) / det
                 end = min(max(end, 0.0), 1.0)
     return most, end, normal

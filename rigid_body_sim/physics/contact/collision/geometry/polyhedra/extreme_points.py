@@ -35,7 +35,7 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold import (
 )
 from rigid_body_sim.physics.contact.collision.geometry.manifold_reduction import (
     NO_POINT,
-    SAME,
+    ONE_PLACE,
     SKIN,
     SPANS,
     four_span,
@@ -65,7 +65,7 @@ def _with_near(found: Array, first: int, end: int, kept: int, near: float) -> in
     Let each near point that is not among those kept take a place that is free, or that of the
     nearest of them that is not near. Return how many are kept; near: SKIN of the extent.
     """
-    least = (SAME / SKIN * near) * (SAME / SKIN * near)
+    least = (ONE_PLACE / SKIN * near) * (ONE_PLACE / SKIN * near)
     for _ in range(MOST):
         lowest, height = NO_POINT, near
         for place in range(first, end, POINT):

@@ -62,11 +62,11 @@ from rigid_body_sim.physics.vectors import (
 Array = NDArray[np.float64]
 
 FAR, GAP, TOUCH = 0, 1, 2  # farther apart than the margin; apart; touching or overlapping
-STEPS = 64  # [-] most steps; 5 to 12 are usual, and meshes of 5000 vertices need some 15
+GJK_STEPS = 64  # [-] most steps; 5 to 12 are usual, and meshes of 5000 vertices need some 15
 CLOSE = 1e-15  # [-] gain of |v|^2 that ends the search
 TOUCHING = 1e-9  # [-] of the size of the bodies: nearer is for the separating axes to judge
 COLLINEAR = 1e-26  # [-] squared sine below which a triangle is only its sides
-FLAT = 1e-20  # [-] squared height / edge below which each face of a tetrahedron is looked at
+FLAT_SIMPLEX = 1e-20  # [-] squared height / edge of a tetrahedron: each face of it is looked at
 TETRAHEDRON = 4  # [-] corners of a simplex that may hold the origin
 FIRST, SECOND, THIRD, FOURTH = (SIMPLEX + SIMPLEX_CORNER * index for index in range(4))
 
@@ -91,7 +91,7 @@ def closest(a: Vertices, b: Vertices, margin: float, size: float, work: Array) -
     touching = max((TOUCHING * size) * (TOUCHING * size), TINY)
     stalled = False
     along = squared
-    for _ in range(STEPS):
+    for _ in range(GJK_STEPS):
         vertex_a = support(a, way, vertex_a)
         vertex_b = support(b, to_b(work, negate(way)), vertex_b)
         difference = _difference(a, b, vertex_a, vertex_b, work)
@@ -209,7 +209,7 @@ def _looks_away(work: Array, p: int, q: int, r: int, left_out: int) -> Any:
     opposite = dot(normal, arm)
     origin = -dot(normal, begin)
     edge = dot(normal, normal) * dot(arm, arm)
-    return origin * opposite > 0.0 and opposite * opposite > FLAT * edge
+    return origin * opposite > 0.0 and opposite * opposite > FLAT_SIMPLEX * edge
 
 
 @kernel

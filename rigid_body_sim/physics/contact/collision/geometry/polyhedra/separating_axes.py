@@ -31,6 +31,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
+from rigid_body_sim.physics.contact.collision.geometry.line_angles import NO_CROSS_PRODUCT
 from rigid_body_sim.physics.contact.collision.geometry.manifold import EDGE_A, EDGE_B, TINY
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records import (
     EDGE,
@@ -85,7 +86,6 @@ Array = NDArray[np.float64]
 
 NONE, OF_A, OF_B = 0, 1, 2  # whose face has the normal
 NO_FACE = NO_EDGE = -1
-PARALLEL = 1e-12  # [-] squared sine between edges below which their cross product is round-off
 VECTOR = 3  # numbers of a known point
 AROUND = 4  # [-] corners around the best face that become known
 
@@ -269,7 +269,7 @@ def best_edges(a: Hull, b: Hull, work: Array, known: int, floor: float) -> tuple
                     continue
                 normal = cross(along_a, along_b)
                 squared = dot(normal, normal)
-                lengths = PARALLEL * dot(along_a, along_a) * dot(along_b, along_b)
+                lengths = NO_CROSS_PRODUCT * dot(along_a, along_a) * dot(along_b, along_b)
                 if not squared > max(lengths, TINY):
                     continue
                 length = math.sqrt(squared)
@@ -303,7 +303,7 @@ def nearest_on_edges(a: Hull, b: Hull, work: Array, edge_a: int, edge_b: int) ->
     way_a, way_b = dot(along_a, way), dot(along_b, way)
     det = squared_a * squared_b - both * both
     share_a = share_b = 0.5
-    if det > PARALLEL * squared_a * squared_b:
+    if det > NO_CROSS_PRODUCT * squared_a * squared_b:
         share_a = min(max((way_a * squared_b - way_b * both) / det, 0.0), 1.0)
         share_b = min(max((way_a * both - way_b * squared_a) / det, 0.0), 1.0)
     store(work, EDGE_A, along_a)

@@ -8,9 +8,9 @@ Apart, the nearest points (`gjk`) give gap and normal; overlapping, the axis of 
 other (`face_clipping`); where no face lies there, the nearest points themselves are the contact.
 
 So that the normal does not jump to and fro between two equal choices, a face of B must beat the
-faces of A by FACE_GAIN of a half width, or they those of B, if the normal was that of one of these
+faces of A by FACE_LEAD of a half width, or they those of B, if the normal was that of one of these
 in the last tick; and edges, corners or nearest points must beat the faces
-by EDGE_GAIN of it, plus EDGE_SHARE of the overlap: so much, at most, is a gap smaller, and a
+by EDGE_LEAD of it, plus EDGE_SHARE of the overlap: so much, at most, is a gap smaller, and a
 depth larger, than the exact one. A corner of a round face that the patch lacks joins it when it is
 deeper by DEEPER of a half width.
 """
@@ -26,6 +26,9 @@ from numpy.typing import NDArray
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact.collision import pose
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
+    EDGE_LEAD,
+    EDGE_SHARE,
+    FACE_LEAD,
     FACE_MIDDLE,
     FACE_OF_A,
     FACE_OF_B,
@@ -105,9 +108,6 @@ from rigid_body_sim.physics.vectors import (
 
 Array = NDArray[np.float64]
 
-FACE_GAIN = 1e-4  # [-] of the half width; 0: the reference face flickers between equal faces
-EDGE_GAIN = 1e-3  # [-] of the half width; 0: a box on a box stands on an edge for a tick
-EDGE_SHARE = 0.05  # [-] of the overlap
 DEEPER = 1e-4  # [-] of the half width; less lets a patch at rest change with every tremble
 EXACT = 1e-9  # [-] of the half width: a patch this near to the gap holds the nearest points
 LARGEST = 1e40  # [m] beyond, products of lengths overflow; such bodies never meet
@@ -151,7 +151,7 @@ def _owner(side: int, state: int) -> float:
 @inline
 def _gain_of_b(half: float, work: Array) -> float:
     """By how much a face of B must beat the faces of A [m]."""
-    return -FACE_GAIN * half if holds_face_of_b(work) else FACE_GAIN * half
+    return -FACE_LEAD * half if holds_face_of_b(work) else FACE_LEAD * half
 
 
 @kernel
@@ -162,7 +162,7 @@ def _axis(
     if state == GAP:
         return _axis_apart(a, b, half, work)
     side, face, along, known = best_face(a, b, work, corners, _gain_of_b(half, work))
-    floor = along + EDGE_GAIN * half + EDGE_SHARE * abs(along)
+    floor = along + EDGE_LEAD * half + EDGE_SHARE * abs(along)
     edge_a, edge_b, along_edges = best_edges(a, b, work, known, floor)
     if edge_a != NO_EDGE:
         nearest_on_edges(a, b, work, edge_a, edge_b)
@@ -175,7 +175,7 @@ def _axis_apart(a: Hull, b: Hull, half: float, work: Array) -> tuple[int, int, f
     """Take the normal of the face that looks along v best, if it separates as well as v."""
     distance = nearest_to_axis(work)
     axis = load(work, AXIS)
-    winner, best, most, floor = NONE, 0, distance, distance - EDGE_GAIN * half
+    winner, best, most, floor = NONE, 0, distance, distance - EDGE_LEAD * half
     for side in range(OF_A, OF_B + 1):
         hull = b if side == OF_B else a
         face = facing(hull, to_b(work, negate(axis)) if side == OF_B else axis)
@@ -239,7 +239,7 @@ def write_patch(
         deepest = vertex(incident, support(vertices_of(incident), opposite, 0))
         if not is_b:
             deepest = point_of_b(work, deepest)
-        missing = least > along + EDGE_GAIN * half + EDGE_SHARE * abs(along) or is_over(
+        missing = least > along + EDGE_LEAD * half + EDGE_SHARE * abs(along) or is_over(
             reference, face, is_b, normal, deepest, work
         )
         position = add_scaled(deepest, -0.5 * along, normal)

@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
+from rigid_body_sim.physics.contact.collision.geometry.line_angles import NO_COMMON_NORMAL
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     SHORTEST,
     write_normal,
@@ -59,10 +60,9 @@ from rigid_body_sim.physics.vectors import (
 
 Array = NDArray[np.float64]
 
-PARALLEL = 1e-6  # [-] squared sine below which a core lies along an edge
 WITHIN = 1e-12  # [-] of an edge: an end that round-off puts beyond
 OF_EDGES, OF_VERTICES = 0.125, 0.5  # of the keys of what a triangle owns: below 1
-ROUND_OFF = 1e-9  # [-] sine by which a direction may miss a cone of normals
+CONE_ROUND_OFF = 1e-9  # [-] sine by which a direction may miss a cone of normals
 
 
 @inline
@@ -70,7 +70,7 @@ def _is_below(normal: Any, point: Any, origin: Any) -> bool:
     """Tell whether a point does not lie above another along a normal."""
     way = subtract(point, origin)
     height = dot(normal, way)
-    return height <= 0.0 or height * height <= ROUND_OFF * ROUND_OFF * dot(way, way)
+    return height <= 0.0 or height * height <= CONE_ROUND_OFF * CONE_ROUND_OFF * dot(way, way)
 
 
 @kernel
@@ -146,7 +146,7 @@ def _on_edge(
     squared, run, both = dot(core, core), dot(along, along), dot(core, along)
     way = subtract(origin, start)
     det = squared * run - both * both
-    if squared > 0.0 and not det > PARALLEL * squared * run:
+    if squared > 0.0 and not det > NO_COMMON_NORMAL * squared * run:
         for end in (0.0, 1.0):
             share = (dot(core, way) + end * both) / squared
             _at_share(
@@ -206,7 +206,7 @@ def _on_vertex(
     if not distance > SHORTEST:
         return
     normal = scale(1.0 / distance, away)
-    if is_summit(normal, parameters, surface, row, index, ROUND_OFF):
+    if is_summit(normal, parameters, surface, row, index, CONE_ROUND_OFF):
         position = add_scaled(vertex, 0.5 * (distance - radius), normal)
         add_contact(key, negate(normal), position, distance - radius, share, core, found)
 
@@ -253,7 +253,7 @@ def axis_to_core(
         run, both, way = dot(along, along), dot(core, along), subtract(origin, start)
         det = squared * run - both * both
         share = 0.0
-        if det > PARALLEL * squared * run:
+        if det > NO_COMMON_NORMAL * squared * run:
             share = min(max((dot(core, way) * run - dot(along, way) * both) / det, 0.0), 1.0)
         place = dot(along, subtract(add_scaled(start, share, core), origin)) / run
         place = min(max(place, 0.0), 1.0)

@@ -115,7 +115,7 @@ from rigid_body_sim.physics.vectors import add_scaled, dot, load, negate, store,
 
 Array = NDArray[np.float64]
 
-FLUSH = 1e-4  # [-] of half the diagonal of the AABB: what stands out by no more is flush
+FLUSH_HEIGHT = 1e-4  # [-] of half the diagonal of the AABB: what stands out by no more is flush
 DEEP = 0.5  # [-] of the extent of the body over its middle
 NO_SLOT = -1  # in place of the slot of a facet: it has none
 LEVEL = 0.02  # [-] slope of a line over a plane, beyond which it stands on its end
@@ -466,7 +466,7 @@ def _collide_on_surface(
                 asked = True
     if LINES:
         _cut_lines(found)
-    flush = FLUSH * math.sqrt(dot(half, half))
+    flush = FLUSH_HEIGHT * math.sqrt(dot(half, half))
     _take_out_covered(flush, parameters, planes, found)
     for at in range(SLOTS, SLOTS + SLOT * int(found[SLOTS_USED]), SLOT):
         asked = asked or not _is_done(at, found)

@@ -25,7 +25,10 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact.collision import pose
+from rigid_body_sim.physics.contact.collision.geometry.line_angles import NO_CROSS_PRODUCT
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
+    EDGE_LEAD,
+    EDGE_SHARE,
     FEATURE,
     NORMAL,
     POINT,
@@ -69,14 +72,11 @@ from rigid_body_sim.physics.contact.collision.geometry.polyhedra.separating_axes
     NONE,
     OF_A,
     OF_B,
-    PARALLEL,
     nearest_on_edges,
     separation,
 )
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.support_points import vertices_of
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.two_polyhedra import (
-    EDGE_GAIN,
-    EDGE_SHARE,
     nearest_to_axis,
     to_world,
     write_patch,
@@ -126,7 +126,7 @@ from rigid_body_sim.physics.vectors import (
 
 Array = NDArray[np.float64]
 
-SAME = 1e-3  # [-] sine within which a direction is a normal of the face, or lies in a cone
+CONE_SLACK = 1e-3  # [-] sine within which a direction is a normal of the face, or lies in a cone
 BESIDE = 0.05  # [-] of the radius of the body: an overlap that is less by more is one with others
 FRONT, BACK = 0, 1  # faces of the flat polyhedron
 
@@ -190,8 +190,9 @@ def is_outer(normal: Any, parameters: Array, surface: int, row: int) -> bool:
     way_after = subtract(corner_of(parameters, row, after), summit)
     way_before = subtract(corner_of(parameters, row, before), summit)
     drop_after, drop_before = heights[top] - heights[after], heights[top] - heights[before]
-    level_after = drop_after * drop_after <= SAME * SAME * dot(way_after, way_after)
-    level_before = drop_before * drop_before <= SAME * SAME * dot(way_before, way_before)
+    square = CONE_SLACK * CONE_SLACK
+    level_after = drop_after * drop_after <= square * dot(way_after, way_after)
+    level_before = drop_before * drop_before <= square * dot(way_before, way_before)
     out = dot(normal, load(parameters, row + TRIANGLE_NORMAL))
     if level_after and level_before:
         return out > 0.0
@@ -199,15 +200,15 @@ def is_outer(normal: Any, parameters: Array, surface: int, row: int) -> bool:
         edge = top if level_after else before
         kind = parameters[row + EDGE_KIND + edge]
         if kind == BORDER:
-            return out > -SAME
+            return out > -CONE_SLACK
         if kind == CONCAVE:
             return False
         beyond = subtract(load(parameters, row + BEYOND + 3 * edge), summit)
         rise = dot(normal, beyond)
         return (kind == CONVEX or out > 0.0) and (
-            rise <= 0.0 or rise * rise <= SAME * SAME * dot(beyond, beyond)
+            rise <= 0.0 or rise * rise <= CONE_SLACK * CONE_SLACK * dot(beyond, beyond)
         )
-    return is_summit(normal, parameters, surface, row, top, SAME)
+    return is_summit(normal, parameters, surface, row, top, CONE_SLACK)
 
 
 @inline
@@ -228,7 +229,7 @@ def _axis_apart(
     axis = load(work, AXIS)
     if not is_outer(negate(_world(axis, poses, pose_a)), parameters, surface, row):
         return OF_A, -1, distance
-    floor = distance - EDGE_GAIN * half
+    floor = distance - EDGE_LEAD * half
     front = negate(from_b(work, load(b.numbers, planes_of(b))))
     along, _, _ = separation(a, b, work, front, 0, 0)
     if along > floor:
@@ -253,7 +254,7 @@ def _axis_overlapping(
     """
     out = from_b(work, load(b.numbers, planes_of(b)))
     most, guess_a, guess_b = separation(a, b, work, negate(out), 0, 0)
-    side, face, floor = OF_B, FRONT, most + EDGE_GAIN * half + EDGE_SHARE * abs(most)
+    side, face, floor = OF_B, FRONT, most + EDGE_LEAD * half + EDGE_SHARE * abs(most)
     nearest = most
     for index in range(int(a.numbers[a.begin + FACES])):
         normal = load(a.numbers, planes_of(a) + PLANE * index)
@@ -298,7 +299,9 @@ def _best_edges(
             )
             normal = cross(along_a, along_b)
             squared = dot(normal, normal)
-            if not squared > max(PARALLEL * dot(along_a, along_a) * dot(along_b, along_b), TINY):
+            if not squared > max(
+                NO_CROSS_PRODUCT * dot(along_a, along_a) * dot(along_b, along_b), TINY
+            ):
                 continue
             length = math.sqrt(squared)
             if dot(normal, add(left, right)) < 0.0:

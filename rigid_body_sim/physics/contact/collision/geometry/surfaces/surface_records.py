@@ -6,8 +6,8 @@ Ground of triangles as a record of numbers, for the kernels; built once, in worl
 Behind the head stand four lists. Where one begins is counted from the start of the record.
 
     triangles : TRIANGLE each, in the order of a space-filling curve
-    planes    : FACET each, one for each facet, all triangles that lie in one plane, up to FLAT of
-                the extent, joined or not: see `facet`
+    planes    : FACET each, one for each facet, all triangles that lie in one plane, up to
+                FLAT_FACET of the extent, joined or not: see `facet`
     rings     : around each vertex, how many neighbours it has and where they are
     nodes     : NODE each, a bounding volume hierarchy: a complete binary tree of AABBs, node 1 the
                 root, 2 n and 2 n + 1 the children of n, and LEAF triangles in each node of the
@@ -70,10 +70,10 @@ HIGH = node.vector('m', 'high corner')
 NODE = node.size
 
 LEAF = 4  # [-] triangles of a leaf: fewer, and the tree is deeper; more, and each visit is longer
-FLAT = 2e-7  # [-] of the extent: single precision leaves 6e-8 of a coordinate
+FLAT_FACET = 2e-7  # [-] of the extent: single precision leaves 6e-8 of a coordinate
 BITS = 20  # of a Morton code along each axis
 ALIKE = 0.5  # [-] cosine: triangles that turn farther from each other are two sides of a fold
-ROUND_OFF = 1e-9  # [-] to which planes of triangles that share no edge are compared
+PLANE_ROUND_OFF = 1e-9  # [-] to which planes of triangles that share no edge are compared
 LARGEST = 1e75  # [m] extent of ground: the square of an area is a number still
 
 
@@ -98,7 +98,7 @@ def record(vertices: Array, faces: Indices, *, name: str) -> Array:
     areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     sizes = np.sqrt(np.sum(areas * areas, axis=1))
     normals = areas / sizes[:, None]
-    tolerance = FLAT * extent
+    tolerance = FLAT_FACET * extent
     neighbours, beyond = _neighbours(faces, len(vertices))
     kinds = _kinds(vertices, corners, normals, neighbours, beyond, tolerance)
     facets, planes = _facets(corners, normals, sizes, neighbours, kinds, tolerance)
@@ -226,7 +226,7 @@ def _facets(
     planes = _planes(facets, corners, normals, sizes)
     # flush pieces that share no edge: equal planes
     scale = float(np.max(np.abs(corners)))
-    rounded = np.round(planes / [*3 * [ROUND_OFF], ROUND_OFF * scale or 1.0])
+    rounded = np.round(planes / [*3 * [PLANE_ROUND_OFF], PLANE_ROUND_OFF * scale or 1.0])
     order = np.lexsort(rounded.T)
     fresh = np.ones(len(order), dtype=bool)
     fresh[1:] = np.any(rounded[order][1:] != rounded[order][:-1], axis=1)
