@@ -84,11 +84,12 @@ FIRST_MANIFOLD = DISPLACEMENT
 # and where the first begins in the impulse cache that it has lost (`solver.impulse_cache`)
 FIRST_LOST = DISPLACEMENT + 1
 # and then, until anything has moved, the line along which it meets a ball, how many it may meet,
-# how fast that one and at most anybody is, and 1 if it rests on something (`solver.ball_impacts`)
-MEETS_ALONG, MEETINGS = DISPLACEMENT, TURN
+# how fast that one and at most anybody is, 1 if it rests on something, and what accelerates it
+# until they meet (`solver.ball_impacts`)
+MEETS_ALONG, MEETINGS, PULL = DISPLACEMENT, TURN, SUBSTEP_ORIENTATION
 PAIR_SPEED, FASTEST, RESTS = TURN + 1, TURN + 2, TURN_SCALAR
-# when the last substep is over: what friction has given in it, and in the tick, what presses in it,
-# and 1 if it lay on something when the tick began, where something bounces (`islands.waiting`)
+# when the last substep is over, where something bounces (`islands.waiting`): what friction has
+# given in it, and in the tick, what presses in it, and 1 if it lay on something at the beginning
 RUBBED, RUBBED_IN_TICK = WARM_IMPULSE, MOMENTUM_BEFORE_RESTITUTION
 PRESSED, LAY = WARM_ANGULAR_IMPULSE, WARM_ANGULAR_IMPULSE + 1
 

@@ -574,7 +574,8 @@ class ContactWorld:
         arrays, count = self.arrays, self._layout.n_moving
         islands = Islands(self._groups, cuts.manners_wanted(count, arrays.event_links))
         pairs = pairs_of(arrays.manifolds_in_use, arrays.table)
-        for manner in sorted(set(islands.wanted.tolist())):
+        # who is whole and flies is let go before anything is: that joins nobody yet
+        for manner in sorted({*islands.wanted.tolist()} - {WHOLE}):
             islands.join(manner, pairs)
 
         def advance(manner: int) -> float | None:

@@ -92,15 +92,16 @@ def _add_impulse(lane: int, sums: int, along: Any, rows: Array, bodies: Array) -
 @inline
 def _add_load(lane: int, points: int, width: int, rows: Array, bodies: Array) -> None:
     """Note whether the bodies of a constraint lay on each other, and what presses on them now."""
-    body_a, body_b = int(rows[lane + constraint.BODY_A]), int(rows[lane + constraint.BODY_B])
+    total, lay = 0.0, 0.0
     first = lane + constraint.SIZE
     for point in range(first, first + points * width, width):
-        impulse = rows[point + contact_point.NORMAL_IMPULSE]
-        bodies[body_a + solver_bodies.PRESSED] += impulse
-        bodies[body_b + solver_bodies.PRESSED] += impulse
-        if rows[point + contact_point.INITIAL_SEPARATION] <= 0.0:
-            bodies[body_a + solver_bodies.LAY] = 1.0
-            bodies[body_b + solver_bodies.LAY] = 1.0
+        total += rows[point + contact_point.NORMAL_IMPULSE]
+        lay = 1.0 if rows[point + contact_point.INITIAL_SEPARATION] <= 0.0 else lay
+    for side in (constraint.BODY_A, constraint.BODY_B):
+        body = int(rows[lane + side])
+        if bodies[body + solver_bodies.INVERSE_MASS] > 0.0:
+            bodies[body + solver_bodies.PRESSED] += total
+            bodies[body + solver_bodies.LAY] = max(bodies[body + solver_bodies.LAY], lay)
 
 
 @inline
@@ -154,9 +155,11 @@ def _pulled(body: int, arm: Any, since: Any, substep: float, bodies: Array) -> A
     """
     linear = load(bodies, body + solver_bodies.FREE_ACCELERATION)
     angular = load(bodies, body + solver_bodies.FREE_ANGULAR_ACCELERATION)
-    held = bodies[body + solver_bodies.INVERSE_MASS] * bodies[body + solver_bodies.PRESSED]
+    inverse_mass = bodies[body + solver_bodies.INVERSE_MASS]
+    held = inverse_mass * bodies[body + solver_bodies.PRESSED]
     weight = math.sqrt(dot(linear, linear)) * substep
-    time = since[0] if bodies[body + solver_bodies.LAY] > 0.0 else since[1]
+    lay = bodies[body + solver_bodies.LAY] > 0.0 and inverse_mass > solver_bodies.HELD
+    time = since[0] if lay else since[1]
     if held > 0.0:
         time *= 1.0 - held / weight if held < weight else 0.0
     return scale(time, add(linear, cross(angular, arm)))
@@ -247,14 +250,17 @@ def heed_friction(
         body = touching[index] * solver_bodies.SIZE
         for sums in (solver_bodies.RUBBED, solver_bodies.RUBBED_IN_TICK):
             store(bodies, body + sums, (0.0, 0.0, 0.0))
-        bodies[body + solver_bodies.PRESSED] = 0.0
-        bodies[body + solver_bodies.LAY] = 0.0
+    for batch in range(0, batch_count * batch_record.SIZE, batch_record.SIZE):
+        begin = batches[batch + batch_record.BEGIN]
+        for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
+            rows[lane + constraint.SLIP_LEFT_1] = rows[lane + constraint.SLIP_LEFT_2] = 0.0
+            for side in (constraint.BODY_A, constraint.BODY_B):
+                body = int(rows[lane + side])
+                bodies[body + solver_bodies.PRESSED] = bodies[body + solver_bodies.LAY] = 0.0
     for batch in range(0, batch_count * batch_record.SIZE, batch_record.SIZE):
         begin = batches[batch + batch_record.BEGIN]
         points = batches[batch + batch_record.POINT_COUNT]
         for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
-            rows[lane + constraint.SLIP_LEFT_1] = 0.0
-            rows[lane + constraint.SLIP_LEFT_2] = 0.0
             if not rows[lane + constraint.BOUNCES] > 0.0 or bounces(lane, points, width, rows):
                 continue
             _add_load(lane, points, width, rows, bodies)

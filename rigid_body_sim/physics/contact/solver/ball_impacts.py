@@ -168,7 +168,7 @@ def _goes_on_to_meet(lane: int, threshold: float, rows: Array, bodies: Array) ->
 @inline
 def _rub(lane: int, body: int, substep: float, rows: Array, bodies: Array) -> None:
     """Let the friction of what a body rests on, as recalled, be all that pulls at it."""
-    pull = body + solver_bodies.FREE_ACCELERATION
+    pull = body + solver_bodies.PULL
     if not bodies[body + solver_bodies.RESTS] > 0.0:
         store(bodies, pull, (0.0, 0.0, 0.0))
     bodies[body + solver_bodies.RESTS] = 1.0
@@ -221,7 +221,7 @@ def _acceleration(body: int, bodies: Array) -> Any:
     """Acceleration of a body until the impact; of what rests on something that of friction."""
     if not moves(body, bodies):
         return 0.0, 0.0, 0.0
-    return load(bodies, body + solver_bodies.FREE_ACCELERATION)
+    return load(bodies, body + solver_bodies.PULL)
 
 
 @inline
@@ -341,6 +341,9 @@ def foresee(
             solver_bodies.RESTS,
         ):  # fmt: skip
             bodies[row + entry] = 0.0
+        store(
+            bodies, row + solver_bodies.PULL, load(bodies, row + solver_bodies.FREE_ACCELERATION)
+        )
     for stage in range(5):
         if stage == 4 and any_others:
             impact_sequence.follow(h, threshold, members, constraints, bodies)

@@ -265,7 +265,7 @@ def _join_clusters(batches: Indices, rows: Array, bodies: Array) -> None:
 
 @inline
 def _acceleration(body: int, bodies: Array) -> Any:
-    return load(bodies, body + solver_bodies.FREE_ACCELERATION)
+    return load(bodies, body + solver_bodies.PULL)
 
 
 @inline
