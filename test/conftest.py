@@ -55,6 +55,28 @@ def room_of(path):
     return path.parent.name
 
 
+class BegunElsewhere(pytest.Dir):
+    """
+    A folder of which each worker reads other files first: to write the asserts of all modules anew
+    takes as long as to import them, and what one worker has written is there for the others.
+    """
+
+    def collect(self):
+        worker, files = self.config.workerinput, list(super().collect())
+        number = int(worker['workerid'].removeprefix('gw'))
+        first = len(files) * number // worker['workercount']
+        return files[first:] + files[:first]
+
+
+def pytest_collect_directory(path, parent):
+    """
+    Share what it takes to read the tests among workers.
+    """
+    if hasattr(parent.config, 'workerinput'):
+        return BegunElsewhere.from_parent(parent, path=path)
+    return None
+
+
 def pytest_collection_modifyitems(items):
     """
     Begin with what takes longest; those that share a node one after the other, before others.
@@ -63,7 +85,8 @@ def pytest_collection_modifyitems(items):
     def rank(item):
         room = room_of(item.path)
         later = ORDER.index(room) if room in ORDER else len(ORDER)
-        return -1 if item.path == HERE / FIRST else later, 'lab' not in item.fixturenames
+        later = -1 if item.path == HERE / FIRST else later
+        return later, 'lab' not in item.fixturenames, item.path
 
     items.sort(key=rank)
 
