@@ -178,6 +178,7 @@ def test_what_a_closed_recording_told_last_is_published_all_the_same(tmp_path):
     assert second == whole and whole
 
 
+@pytest.mark.usefixtures('plain_source')  # no other test has a kernel of impacts beside forces
 def test_a_run_that_diverged_tells_the_impacts_of_the_ticks_before(tmp_path):
     wild = {
         'name': 'wild',
