@@ -57,22 +57,24 @@ def test_jumps_of_exact_samples_are_found_at_their_instants(seed, kind):
     assert rms(found.velocity - velocity) < 1e-3  # of 0.5 m/s and more; smeared: 0.05
 
 
+@pytest.mark.parametrize('draws', [6, long(12)])
 @pytest.mark.parametrize('kind', [0, 1])
 @pytest.mark.parametrize('noise', [long(0.0), 1e-7, long(1e-5), 1e-4, long(1e-3)])
-def test_velocities_beside_jumps_are_no_worse_than_told(kind, noise):
+def test_velocities_beside_jumps_are_no_worse_than_told(noise, kind, draws):
     """Whether noise lets them be found or not."""
     ratios = []
-    for seed in range(12):
+    for seed in range(draws):
         t, position, velocity, _ = jumpy(seed, kind, noise)
         found = inverse_kinematics(t, position)
         ratios.append(rms(found.velocity - velocity) / found.velocity_error)
     # without the jumps of this module: 10 and more
-    assert np.median(ratios) < 2.0 and np.sum(np.array(ratios) > FORETOLD) <= 2
+    assert np.median(ratios) < 2.0 and np.mean(np.array(ratios) > FORETOLD) <= 1 / 6
 
 
+@pytest.mark.parametrize('draws', [6, long(20)])
 @pytest.mark.parametrize('noise', [0.0, 1e-9, 1e-6, 1e-3])
-def test_smooth_samples_have_no_jumps_whatever_their_noise(noise):
-    for seed in range(20):
+def test_smooth_samples_have_no_jumps_whatever_their_noise(noise, draws):
+    for seed in range(draws):
         random = np.random.default_rng(seed)
         t = np.cumsum(random.uniform(0.005, 0.015, 400)) if seed % 2 else np.arange(400) * 0.01
         position, _ = smooth(t)
