@@ -25,11 +25,14 @@ FIRST = 'integrators/test_compiled_is_plain.py'  # its first test takes longest
 # who compiles or waits most comes first, but what shares kernels with FIRST or with contact behind
 # them; files that take long before those that fill up the end
 ORDER = (
-    'contact', 'ros', 'laws', 'stability', 'integrators', 'contact, impacts', 'contact, forces',
-    'contact, other kernels', 'testing', 'sweeps', 'scene', 'readme', 'packaging', 'run',
+    'contact, first', 'ros', 'laws', 'stability', 'integrators', 'contact, impacts',
+    'contact, forces', 'contact, other kernels', 'contact', 'testing', 'sweeps', 'scene', 'readme',
+    'packaging', 'run',
 )  # fmt: skip
-# files of contact with kernels of their own, made of the same parts as the one of all others
+# files of contact with kernels of their own, made of the same parts as those of the first, which
+# all others find
 ROOMS_OF_CONTACT = {
+    'contact, first': ('bounce_and_impact',),
     'contact, impacts': ('flat_blows', 'impact', 'ticks_cut'),
     'contact, forces': (
         'cut_ticks', 'far_away', 'flowing_mass', 'forces_beside', 'gains_beside',
@@ -39,7 +42,7 @@ ROOMS_OF_CONTACT = {
 }  # fmt: skip
 # whose files share a kernel, so that no two workers wait for it, or a node: while one worker waits
 # for it, the others compute
-TOGETHER = {'contact', 'contact, impacts', 'contact, forces', 'ros'}
+TOGETHER = {'contact, first', 'contact, impacts', 'contact, forces', 'ros'}
 APART = {'stability'}  # folders whose tests compile little and may take long
 
 

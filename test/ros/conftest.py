@@ -8,6 +8,8 @@ Nothing here waits for a fixed time: `Peer.until` spins until something holds. D
 has not come after five minutes will not come.
 """
 
+import contextlib
+import io
 import os
 import signal
 import subprocess
@@ -29,12 +31,14 @@ from rclpy.parameter import Parameter  # noqa: E402
 from rclpy.qos import QoSProfile  # noqa: E402
 from std_srvs.srv import SetBool, Trigger  # noqa: E402
 
+from rigid_body_sim.__main__ import main  # noqa: E402
 from rigid_body_sim.recording import cdr  # noqa: E402
 from rigid_body_sim.recording.bag_reader import Bag  # noqa: E402
 from rigid_body_sim.ros.conversions import MESSAGE_TYPES  # noqa: E402
 from rigid_body_sim.testing.domains import DomainLease  # noqa: E402
 from rigid_body_sim.testing.surroundings import PROFILE, PROFILE_VARIABLES  # noqa: E402
 
+from .. import inside  # noqa: E402
 from ..patience import HANGING, PATIENCE  # noqa: E402
 
 ROOT = Path(__file__).parents[2]
@@ -456,13 +460,30 @@ def lab(tmp_path_factory):
         assert running.set(name, value).successful
 
 
-@pytest.fixture
-def run_verb():
+def run_here(*words):
     """
-    Run another verb in a process of its own; returns the finished process.
+    Run a verb in this process on the plain source of its own kernels, as nodes have them in
+    `isolation`: to start another and to import all anew takes longer.
+    """
+    printed, told = io.StringIO(), io.StringIO()
+    with pytest.MonkeyPatch.context() as patch:
+        inside.run_plain(patch)
+        with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(told):
+            code = main([*words])
+    return subprocess.CompletedProcess(words, code, printed.getvalue(), told.getvalue())
+
+
+@pytest.fixture
+def run_verb(request):
+    """
+    Run another verb in a process of its own, or, where it meets no ROS, in this one; returns the
+    finished process.
     """
 
     def run(*words):
+        if words[0] in ('replay', 'bag'):
+            request.getfixturevalue('own_kernels')
+            return run_here(*map(str, words))
         command = [sys.executable, '-m', 'rigid_body_sim', *map(str, words)]
         return subprocess.run(
             command, capture_output=True, text=True, timeout=HANGING, check=False
