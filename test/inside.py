@@ -35,6 +35,7 @@ from rigid_body_sim.physics.forces.elements import FORCES, held_body_wrench
 from rigid_body_sim.physics.forces.tables import stacked
 from rigid_body_sim.physics.integration import integrators
 from rigid_body_sim.physics.state import snapshot
+from rigid_body_sim.physics.stepper import Stepper
 from rigid_body_sim.scene import document
 
 PAIRS = tuple((a, b) for a in range(PLANE) for b in range(a, PLANE + 1))  # ground aside
@@ -438,8 +439,26 @@ def run_plain(patch):
     patch.setattr(
         Kernel, 'prepared', lambda self, _first, last, **_how: behind(self.py_func, last)
     )
+    advance = Stepper.advance
+    patch.setattr(Stepper, 'advance', lambda *given: _in_a_large_frame(advance, given))
     for module in (held_wrenches, snapshot):
         patch.setattr(module, 'flat', kernels.flat_plain)
+
+
+# Python keeps frames in chunks of 16 kB. Where the end of one comes to lie among functions that
+# are called a million times, each call maps a chunk and gives it back: that takes longer than the
+# function. This one has so many variables that its frame has a chunk of 256 kB, of which half is
+# left to all that it calls.
+_VARIABLES = 17000
+_made = {}
+exec(
+    'def in_a_large_frame(function, arguments):\n'
+    '    if function:\n'
+    '        return function(*arguments)\n'
+    f'    {" = ".join(f"v{i}" for i in range(_VARIABLES))} = None\n',
+    _made,
+)
+_in_a_large_frame = _made['in_a_large_frame']
 
 
 class _OfAnyTicks:
