@@ -18,8 +18,17 @@ if __name__ == '__main__':
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 from rigid_body_sim.stop_signals import STOP, WORKING, Stopped, say
+from rigid_body_sim.terminal import (
+    OutputFull,
+    clean_output,
+    not_written,
+    open_closed_streams,
+    printable,
+    take_any_terminal,
+)
 
 if __name__ == '__main__':
+    open_closed_streams()
     STOP.listen(owns_process=True)
     STOP.quits = 0 if sys.argv[1:2] == ['sim_node'] else None
 
@@ -31,13 +40,6 @@ from rigid_body_sim import __version__
 from rigid_body_sim.command_line import CommandLine
 from rigid_body_sim.errors import RunError, UserError
 from rigid_body_sim.missing_packages import missing
-from rigid_body_sim.terminal import (
-    OutputFull,
-    clean_output,
-    not_written,
-    printable,
-    take_any_terminal,
-)
 
 NODE = 'sim_node'  # whose normal end is a signal
 VERBS = {
@@ -72,7 +74,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         from rigid_body_sim.physics.model.numbers import shown
 
         cure = choose_from(words[0], VERBS)
-        print(f'rigid_body_sim: error: unknown verb {shown(words[0])}{cure}', file=sys.stderr)
+        say(f'rigid_body_sim: error: unknown verb {shown(words[0])}{cure}')
         return 2
     return run_verb(words[0], words[1:])
 
@@ -194,6 +196,7 @@ def _overview() -> str:
 
 def command() -> int:
     """Entry point of the executable `rigid_body_sim` that pip installs: `rigid_body_sim VERB`."""
+    open_closed_streams()
     STOP.listen(owns_process=True)
     code = main()
     STOP.ignore()
@@ -202,6 +205,7 @@ def command() -> int:
 
 def _process(verb: str) -> int:
     """Run one verb as all that this process does."""
+    open_closed_streams()
     STOP.listen(owns_process=True)
     code = run_verb(verb, sys.argv[1:])
     STOP.ignore()

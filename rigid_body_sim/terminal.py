@@ -6,15 +6,21 @@ What goes to the terminal: text without control characters, whoever chose the na
 A scene or a bag of somebody else may hold names that would clear the screen, set the title of the
 window, or turn the line round. They are shown as the escapes that Python writes for them.
 
+A stream that the parent closed (`>&-`, as some services do) takes what is printed, and shows it to
+nobody: that is no fault of a run.
+
 Progress is shown to who looks on. Where nobody does, tqdm is not even imported: with what it
 imports itself that is some 20 ms, of the 0.4 s that a short run takes in a script.
 """
 
 from __future__ import annotations
 
+import io
+import os
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from fcntl import F_GETFL, fcntl
 from typing import Any, TextIO
 
 _LINE_ENDS = frozenset('\n\t')
@@ -42,6 +48,25 @@ def printable(text: str, *, keep: frozenset[str] = frozenset()) -> str:
     )
 
 
+def open_closed_streams() -> None:
+    """
+    Lead to nowhere what the parent of this process closed of the standard streams. Called before
+    any file is opened: that would get their number (0, 1, 2), and with it what is printed. The
+    shell that starts a script has its file there by then, to be read only.
+    """
+    for number, never in ((0, os.O_WRONLY), (1, os.O_RDONLY), (2, os.O_RDONLY)):
+        try:
+            serves = fcntl(number, F_GETFL) & (os.O_WRONLY | os.O_RDWR) != never
+        except OSError:
+            serves = False
+        if not serves:
+            nowhere = os.open(os.devnull, os.O_RDWR)
+            os.dup2(nowhere, number)
+            if nowhere > 2:
+                os.close(nowhere)
+    sys.stdout, sys.stderr = sys.stdout or _Nowhere(), sys.stderr or _Nowhere()
+
+
 def take_any_terminal() -> None:
     """Write what a terminal cannot show, such as … in ASCII, as an escape, and go on."""
     for stream in (sys.stdout, sys.stderr):
@@ -54,8 +79,8 @@ def take_any_terminal() -> None:
 def clean_output() -> Iterator[None]:
     """Let standard output and standard error pass on nothing but text while a verb runs."""
     take_any_terminal()
-    out, err = sys.stdout, sys.stderr
-    clean_out, clean_err = _CleanOutput(out), _CleanStream(err)
+    out, err = sys.stdout, sys.stderr  # None: the parent closed it
+    clean_out, clean_err = _CleanOutput(out or _Nowhere()), _CleanErrors(err or _Nowhere())
     sys.stdout, sys.stderr = clean_out, clean_err  # type: ignore[assignment]  # all but by name
     try:
         yield
@@ -66,10 +91,18 @@ def clean_output() -> Iterator[None]:
             sys.stderr = err
 
 
+class _Nowhere(io.TextIOBase):
+    """A stream that nobody reads."""
+
+    def write(self, text: str) -> int:
+        """Write nothing."""
+        return len(text)
+
+
 class _CleanStream:
     """A text stream that shows control characters in place of sending them."""
 
-    def __init__(self, stream: TextIO) -> None:
+    def __init__(self, stream: TextIO | io.TextIOBase) -> None:
         self._stream = stream
 
     def write(self, text: str) -> int:
@@ -98,6 +131,21 @@ class _CleanOutput(_CleanStream):
     def flush(self) -> None:
         """Hand everything written so far on."""
         with _taken():
+            self._stream.flush()
+
+
+class _CleanErrors(_CleanStream):
+    """Standard error; where it takes no more, that ends no run: its results lie elsewhere."""
+
+    def write(self, text: str) -> int:
+        """Write text."""
+        with suppress(OSError):
+            super().write(text)
+        return len(text)
+
+    def flush(self) -> None:
+        """Hand everything written so far on."""
+        with suppress(OSError):
             self._stream.flush()
 
 

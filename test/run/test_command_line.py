@@ -7,6 +7,8 @@ what to do.
 
 import errno
 import os
+import subprocess
+import sys
 from contextlib import suppress
 from pathlib import Path
 
@@ -16,6 +18,8 @@ from rigid_body_sim.__main__ import VERBS, main
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.recording.mcap_file import McapFile
 from rigid_body_sim.recording.new_output import replacing
+
+from ..patience import HANGING
 
 NODE_VERBS = ('sim_node', 'wrench_pub', 'view')  # want ROS, or matplotlib
 
@@ -58,7 +62,10 @@ def test_an_option_may_be_shortened_and_a_name_may_begin_with_dashes(capsys, tmp
     assert 'unknown option' not in capsys.readouterr().err
 
 
-@pytest.mark.skipif(not Path('/dev/full').exists(), reason='no /dev/full here')
+needs_full = pytest.mark.skipif(not Path('/dev/full').exists(), reason='no /dev/full here')
+
+
+@needs_full
 @pytest.mark.parametrize(
     'words', ['list scenes', 'inspect two_bodies', 'simulate --help', '--version', '--help']
 )
@@ -73,6 +80,50 @@ def test_a_full_standard_output_is_named(words, capsys, monkeypatch):
         )
         with suppress(OSError):  # what it still holds
             full.close()
+
+
+TOO_STIFF = """version: 1
+name: stiff
+dt: 0.1
+integrator: explicit_euler
+bodies:
+  - {name: ball, shape: {type: sphere, radius: 0.1}, mass: 1, initial: {position: [1, 0, 0]}}
+forces: [{type: spring, a: ball, b: world, stiffness: 100, b_point: [0, 0, 0]}]
+"""  # of which a run warns
+
+
+@pytest.mark.parametrize(
+    'streams',
+    [
+        '<&- >&- 2>&-',
+        '1</dev/null 2</dev/null',
+        pytest.param('2>/dev/full', marks=needs_full),
+        '2>&-',
+    ],
+)
+def test_a_run_whose_streams_the_parent_closed_is_whole(streams, tmp_path, capsys):
+    scene, bag = tmp_path / 'stiff.yaml', tmp_path / 'bag'
+    scene.write_text(TOO_STIFF)
+    words = f'"{sys.executable}" -m rigid_body_sim simulate "{scene}" --duration 1 -o "{bag}"'
+    ended = subprocess.run(
+        ['/bin/sh', '-c', f'exec {words} {streams}'],
+        env=os.environ | {'PYTHONPATH': str(Path(__file__).parents[2])},
+        stdout=subprocess.DEVNULL,
+        timeout=HANGING,
+        check=False,
+    )
+    assert ended.returncode == 0
+    assert main(['replay', str(bag)]) == 0
+    assert 'warning: ' in capsys.readouterr().err
+
+
+def test_a_program_without_streams_may_call_a_verb(monkeypatch):
+    monkeypatch.setattr('sys.stdout', None)
+    monkeypatch.setattr('sys.stderr', None)
+    assert main(['list', 'scenes']) == 0
+    assert main(['inspect', 'none']) == 2
+    assert main(['--version']) == 0
+    assert sys.stdout is None
 
 
 def test_help_keeps_its_paragraphs_and_the_width_of_the_terminal(capsys, monkeypatch):
