@@ -12,7 +12,7 @@ import shutil
 from rigid_body_sim.errors import RunError, UserError
 from rigid_body_sim.library.made_again import MadeAgain
 from rigid_body_sim.library.run_arrays import RunArrays
-from rigid_body_sim.recording.new_output import check_new
+from rigid_body_sim.recording.bag_directory import check_new
 from rigid_body_sim.recording.paths import path_of
 from rigid_body_sim.runs.recorder import RunRecorder
 

@@ -16,6 +16,7 @@ from pathlib import Path
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.recording import bag_metadata
 from rigid_body_sim.recording.mcap_file import McapFile
+from rigid_body_sim.recording.new_output import check_folder, check_text, is_taken
 
 NOWHERE = Path()  # where a file is that was removed
 
@@ -29,13 +30,27 @@ def file_name(directory: Path) -> str:
     return f'{directory.resolve().name}_0.mcap'
 
 
-def create(directory: Path) -> Path:
-    """Make the directory of a new bag; its name must be free."""
+def check_name(directory: Path) -> None:
+    """Refuse a name that no bag can have."""
     if directory.suffix == '.mcap':
         raise UserError(
             f'{directory}: a recording is a directory, and the file in it gets the ending .mcap; '
             'give a name without it'
         )
+    check_text(directory.name, what='the name of a bag')  # metadata.yaml holds it
+
+
+def check_new(directory: Path) -> None:
+    """Refuse a path where no bag can be made: asked before a run, not after it."""
+    check_name(directory)
+    if is_taken(directory):
+        raise UserError(f'{directory}: exists already; choose another name or remove it')
+    check_folder(directory)
+
+
+def create(directory: Path) -> Path:
+    """Make the directory of a new bag; its name must be free."""
+    check_name(directory)
     try:
         directory.mkdir(parents=True)
     except FileExistsError as error:

@@ -21,19 +21,24 @@ LONGEST_SHOWN = 200  # [-] letters of a path that a message shows
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)  # the disk, and not the path
 
 
-def check_new(path: Path) -> None:
-    """Refuse a path that is taken, that no file can have, or whose folder does not exist."""
-    if is_taken(path):
-        raise UserError(f'{_shown(path)}: exists already; choose another name or remove it')
-    check_folder(path)
-
-
 def check_folder(path: Path) -> None:
     """Refuse a path that no file can have, or whose folder does not exist."""
     if not is_taken(path) and not path.parent.is_dir():
         raise UserError(
             f'{_shown(path)}: the folder {_shown(path.parent)} does not exist; create it first'
         )
+
+
+def check_text(name: str, *, what: str) -> None:
+    """Refuse a name with bytes that are no text in UTF-8; what must be: for the message."""
+    try:
+        name.encode()
+    except UnicodeEncodeError:
+        shown = name.encode(errors='backslashreplace').decode()
+        raise UserError(
+            f'{shown}: holds bytes that are no text in UTF-8, as {what} must be; choose another '
+            'name, or, where each of them is a letter, a locale that knows it: LC_ALL=C.UTF-8'
+        ) from None
 
 
 @contextmanager

@@ -12,7 +12,7 @@ from itertools import chain, count
 from pathlib import Path
 
 from rigid_body_sim.errors import UserError
-from rigid_body_sim.recording.bag_directory import PathTaken
+from rigid_body_sim.recording.bag_directory import PathTaken, check_name
 from rigid_body_sim.runs.recorder import RunRecorder
 from rigid_body_sim.runs.run import Run, TickOutput
 from rigid_body_sim.scene import regular_file
@@ -79,6 +79,7 @@ class Bags:
 
 def need_free(path: Path) -> Path:
     """Return the path of a new bag; UserError if something is there."""
+    check_name(path)
     if regular_file.exists(path):
         raise UserError(f'{path}: exists already; choose another record_path or remove it')
     return path

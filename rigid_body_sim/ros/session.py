@@ -27,6 +27,7 @@ from rclpy.signals import SignalHandlerOptions
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.compile.kernels import warn_if_plain
 from rigid_body_sim.recording.bag_writer import RecordingGone
+from rigid_body_sim.recording.new_output import check_text
 from rigid_body_sim.recording.topic_names import names_on_the_wire
 from rigid_body_sim.ros import lockstep, standard
 from rigid_body_sim.ros.bags import Bags, need_free
@@ -74,6 +75,8 @@ def run_node(words: Sequence[str]) -> None:
     what failed on the way.
     """
     check_domain()
+    for word in words:
+        check_text(word, what='what ROS is told')
     context = Context()
     try:
         _session(words, context)

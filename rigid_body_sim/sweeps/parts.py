@@ -23,7 +23,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from rigid_body_sim.errors import RunError, UserError
-from rigid_body_sim.recording.new_output import check_folder, is_taken
+from rigid_body_sim.recording.new_output import check_folder, check_text, is_taken
 from rigid_body_sim.sweeps import table
 from rigid_body_sim.sweeps.plan import Sweep
 from rigid_body_sim.sweeps.rows import Row
@@ -55,6 +55,7 @@ class Parts:
         self.notes: list[str] = []
         self._lock = -1
         check_folder(path)
+        check_text(str(path), what='the path of the table')  # Arrow takes no others
         begun = is_taken(self.folder)
         self.is_finished = is_taken(path)
         if self.is_finished and not begun:

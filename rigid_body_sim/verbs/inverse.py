@@ -43,9 +43,9 @@ from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.recording import cdr
+from rigid_body_sim.recording.bag_directory import check_new
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.recording.bag_writer import DERIVED_BY, BagWriter
-from rigid_body_sim.recording.new_output import check_new
 from rigid_body_sim.recording.topics import Topic
 from rigid_body_sim.runs.reading_guard import reads_recording
 from rigid_body_sim.scene import load_scene

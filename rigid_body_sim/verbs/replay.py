@@ -17,7 +17,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from rigid_body_sim.physics.compile.kernels import warn_if_plain
-from rigid_body_sim.recording.new_output import check_new
+from rigid_body_sim.recording.bag_directory import check_new
 from rigid_body_sim.runs.compile_note import CompileNote, expected_functions
 from rigid_body_sim.runs.recorded_run import RecordedRun
 from rigid_body_sim.runs.replay import Comparison, Errors, Progress, compare, measure

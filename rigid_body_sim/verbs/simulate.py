@@ -19,7 +19,7 @@ from rigid_body_sim.physics.compile.kernels import warn_if_plain
 from rigid_body_sim.physics.errors import SimulationDiverged
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.simulation import Simulation
-from rigid_body_sim.recording.new_output import check_new
+from rigid_body_sim.recording.bag_directory import check_new
 from rigid_body_sim.runs import choices, viewing_arguments
 from rigid_body_sim.runs.commands import Command, read_csv
 from rigid_body_sim.runs.compile_note import CompileNote, expected_functions

@@ -269,7 +269,7 @@ def _runs(count: int) -> str:
 
 def _only(plan: Sweep, arguments: argparse.Namespace) -> int:
     """Make one run again; with --bag into a bag that replays."""
-    from rigid_body_sim.recording.new_output import check_new
+    from rigid_body_sim.recording.bag_directory import check_new
     from rigid_body_sim.sweeps import ensemble
 
     number = arguments.only

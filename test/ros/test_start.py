@@ -75,6 +75,11 @@ def test_bad_arguments_for_ros_exit_2(capfd, words):
     assert 'Traceback' not in capfd.readouterr().err
 
 
+def test_a_name_that_is_no_text_is_refused_in_a_line(capfd):
+    assert main(['sim_node', '--ros-args', '-p', 'record_path:=M\udcfcnchen']) == 2
+    assert r'error: record_path:=M\udcfcnchen: holds bytes that are no ' in capfd.readouterr().err
+
+
 def test_a_node_that_finds_no_folder_for_logs_says_so_and_not_that_its_words_are_wrong():
     bare = {k: v for k, v in os.environ.items() if k not in ('HOME', 'ROS_LOG_DIR', 'ROS_HOME')}
     words = [sys.executable, '-m', 'rigid_body_sim', 'sim_node', '--ros-args']

@@ -149,6 +149,36 @@ def test_what_cannot_be_taken_away_hides_no_cause(name, tmp_path, monkeypatch):
         read_only(new)
 
 
+@pytest.mark.parametrize(
+    'words',
+    [
+        'simulate two_bodies --duration 0.1',
+        'replay {bag}',
+        'inverse {bag}',
+        'bag recover {bag}',
+        'sweep two_bodies --vary dt=0.001 --duration 0.1',
+    ],
+)
+def test_a_bag_whose_name_is_no_text_is_refused_before_it_is_begun(words, tmp_path, capsys):
+    good, bad = tmp_path / 'good', tmp_path / 'M\udcfcnchen'
+    if '{bag}' in words:
+        assert main(['simulate', 'two_bodies', '--duration', '0.1', '-o', str(good)]) == 0
+    capsys.readouterr()
+    assert main([*words.format(bag=good).split(), '-o', str(bad)]) == 2
+    said = capsys.readouterr().err
+    assert r'M\udcfcnchen: holds bytes that are no text in UTF-8' in said
+    assert 'LC_ALL=C.UTF-8' in said
+    assert not bad.exists()
+
+
+def test_a_path_that_is_no_text_may_lead_to_a_bag(tmp_path):
+    folder = tmp_path / 'M\udcfcnchen'
+    folder.mkdir()
+    bag = str(folder / 'bag')
+    assert main(['simulate', 'two_bodies', '--duration', '0.1', '-o', bag]) == 0
+    assert main(['replay', bag]) == 0
+
+
 def no_room(*_arguments):
     raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
