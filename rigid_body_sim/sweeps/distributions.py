@@ -27,7 +27,7 @@ import numpy as np
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.errors import choose_from
 from rigid_body_sim.physics.model.numbers import shown
-from rigid_body_sim.scene import document
+from rigid_body_sim.scene import document, numerals
 
 Draw = Callable[[np.random.Generator, list[Any], 'int | None'], Any]
 
@@ -156,7 +156,7 @@ def _parsed(text: str, key: str) -> Spec:
         return _grid(*parts, text=text, key=key)
     if text.startswith('['):
         with suppress(UserError):  # [0, 0, 1], [0, 0, 2] is no list, but the inside of one
-            values = document.read(text.encode(), name=f'vary {key}').content
+            values = _read(text, name=f'vary {key}')
             if isinstance(values, list):
                 return _listed(values, key)
     return _listed(_yaml_list(text, text, key), key)
@@ -166,13 +166,27 @@ def _yaml_list(inside: str, text: str, key: str) -> list[Any]:
     if not inside.strip():
         return []
     try:
-        values = document.read(f'[{inside}]'.encode(), name='').content
+        values = _read(f'[{inside}]', name='')
     except UserError:
         raise UserError(
             f'vary {key}: got {text!r}; allowed: a list such as 1,2,5 or [0,0,1],[0,0,2], a grid '
             'FIRST:LAST:POINTS, or a draw such as uniform:LOW:HIGH'
         ) from None
     return values if isinstance(values, list) else [values]
+
+
+def _read(text: str, *, name: str) -> Any:
+    """Read YAML; what a scene takes for a number is one: 1e-3, which YAML 1.1 calls a text."""
+    return _with_numbers(document.read(text.encode(), name=name).content)
+
+
+def _with_numbers(value: Any) -> Any:
+    if isinstance(value, list):
+        return [_with_numbers(item) for item in value]
+    if isinstance(value, dict):
+        return {key: _with_numbers(item) for key, item in value.items()}
+    number = numerals.decimal(value) if isinstance(value, str) else None
+    return value if number is None else number
 
 
 def _grid(low: str, high: str, count: str, *, text: str, key: str) -> Listed:

@@ -11,6 +11,7 @@ import pytest
 import rigid_body_sim as rbs
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.sweeps import ensemble
+from rigid_body_sim.sweeps.distributions import spec_of
 from rigid_body_sim.sweeps.plan import plan_sweep
 
 from .conftest import scene
@@ -45,6 +46,23 @@ def test_lists_are_combined_in_full_the_last_key_fastest_and_begin_anew():
     expected = [[0.01, 1.0], [0.01, 2.0], [0.01, 3.0], [0.02, 1.0], [0.02, 2.0], [0.02, 3.0]]
     assert values(vary) == expected
     assert values(vary, runs=8) == [*expected, *expected[:2]]
+
+
+@pytest.mark.parametrize(
+    ('text', 'numbers'),
+    [
+        ('1e-3, 5e-4', [1e-3, 5e-4]),
+        ('0.5,1e0,2', [0.5, 1.0, 2]),
+        ('choice:1e0:2E0', [1.0, 2.0]),
+        ('[1e0,0,0],[-1e+0,0,.5e0]', [[1.0, 0, 0], [-1.0, 0, 0.5]]),
+        ('{mass: 1e1}', [{'mass': 10.0}]),
+        ('010, 1_0, word', ['010', '1_0', 'word']),
+    ],
+)
+def test_a_number_is_what_a_scene_takes_for_one(text, numbers):
+    spec = spec_of(text, key='key')
+    found = list(getattr(spec, 'values', None) or spec.arguments)
+    assert (found, list(map(type, found))) == (numbers, list(map(type, numbers)))
 
 
 def test_a_grid_has_both_ends_to_the_bit():
