@@ -61,14 +61,17 @@ docs: venv  ## the pages as a site that needs no network: docs/_build/index.html
 	@cd $(ROOT) && $(PYTHON) -m sphinx -W --keep-going -q -b html docs docs/_build
 	@echo "$(ROOT)/docs/_build/index.html"
 
+# `report` replaces none: the one before goes aside, and the one before that goes.
+ASIDE = if [ -e report_output/report.json ]; then rm -rf report_output.before && mv report_output report_output.before; fi
+
 report: venv  ## speed against error of every method: report_output/report.html, some minutes
-	@cd $(ROOT) && $(PYTHON) -m rigid_body_sim report -o report_output $(REPORT_ARGS)
+	@cd $(ROOT) && $(ASIDE) && $(PYTHON) -m rigid_body_sim report -o report_output $(REPORT_ARGS)
 
 report-peers: venv  ## the same beside MuJoCo, Drake, DART, Pinocchio and Rapier: installs them, 1 GB
 	@cd $(ROOT) && sed -n 's/^\([a-z].*\)/\1/p' benchmark/peers.txt | while read -r peer; do \
 		$(PYTHON) -m pip install --quiet --disable-pip-version-check -c requirements/runtime.txt "$$peer" || \
 		echo "$$peer could not be installed: the report goes on without it"; done
-	@cd $(ROOT) && $(PYTHON) -m rigid_body_sim report --peers --starts -o report_output $(REPORT_ARGS)
+	@cd $(ROOT) && $(ASIDE) && $(PYTHON) -m rigid_body_sim report --peers --starts -o report_output $(REPORT_ARGS)
 
 wheel: venv  ## a wheel with machine code and bitcode of all shipped scenes: its first start compiles nothing; some minutes
 	@cd $(ROOT) && $(PYTHON) -m rigid_body_sim warm_up --bitcode -j 2

@@ -33,12 +33,8 @@ AGAIN = (
 
 
 def write(report: Row, folder: Path) -> Path:
-    """Write `report.md`; a reader never meets a half-written one."""
-    path = folder / FILE
-    part = path.with_name(f'{path.name}.part')
-    part.write_text(markdown(report), encoding='utf-8')
-    part.replace(path)
-    return path
+    """Write `report.md`."""
+    return results.write_whole(folder / FILE, markdown(report))
 
 
 def document(folder: Path, path: Path) -> None:

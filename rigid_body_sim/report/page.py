@@ -42,12 +42,8 @@ Row = Mapping[str, Any]
 
 
 def write(report: Row, folder: Path) -> Path:
-    """Write the page; a reader never meets a half-written one."""
-    path = folder / FILE
-    part = path.with_name(f'{path.name}.part')
-    part.write_text(page(report), encoding='utf-8')
-    part.replace(path)
-    return path
+    """Write the page."""
+    return results.write_whole(folder / FILE, page(report))
 
 
 def page(report: Row) -> str:

@@ -23,6 +23,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from numpy.typing import NDArray
 
+from rigid_body_sim.recording.new_output import replacing
 from rigid_body_sim.report import labels
 from rigid_body_sim.report.series import Series, axes_of, front_of, series_of
 
@@ -44,9 +45,13 @@ def write(report: Mapping[str, Any], folder: Path) -> list[Path]:
             continue
         for suffix in ('png', 'svg'):
             path = folder / f'{problem["name"]}.{suffix}'
-            with matplotlib.rc_context({'svg.fonttype': 'none', 'svg.hashsalt': problem['name']}):
+            style = {'svg.fonttype': 'none', 'svg.hashsalt': problem['name']}
+            with replacing(path) as part, matplotlib.rc_context(style):
                 figure.savefig(
-                    path, dpi=DOTS_PER_INCH, metadata={'Date': None} if suffix == 'svg' else None
+                    part,
+                    format=suffix,
+                    dpi=DOTS_PER_INCH,
+                    metadata={'Date': None} if suffix == 'svg' else None,
                 )
             files.append(path)
     return files

@@ -33,6 +33,7 @@ from pathlib import Path
 from typing import Any
 
 from rigid_body_sim.errors import UserError
+from rigid_body_sim.recording.new_output import not_written, replacing
 from rigid_body_sim.report.pareto import at_equal_error, mark_front, verdict
 from rigid_body_sim.report.point import Point
 from rigid_body_sim.report.problem import THROUGHPUT, Problem
@@ -90,17 +91,21 @@ def report(
 
 
 def write(results: Mapping[str, Any], folder: Path) -> None:
-    """Write `report.json` and `report.csv`; a reader never meets a half-written file."""
-    folder.mkdir(parents=True, exist_ok=True)
+    """Write `report.json` and `report.csv`."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise not_written(folder, error, 'make room, or choose another place') from error
     text = json.dumps(results, indent=1, allow_nan=False, ensure_ascii=False)
-    _replace(folder / JSON, text + '\n')
-    _replace(folder / CSV, csv_text(results))
+    write_whole(folder / JSON, text + '\n')
+    write_whole(folder / CSV, csv_text(results))
 
 
-def _replace(path: Path, text: str) -> None:
-    part = path.with_name(f'{path.name}.part')
-    part.write_text(text, encoding='utf-8', newline='')
-    part.replace(path)
+def write_whole(path: Path, text: str) -> Path:
+    """Write a file of text; a reader never meets a half-written one."""
+    with replacing(path) as part:
+        part.write_text(text, encoding='utf-8', newline='')
+    return path
 
 
 def read(folder: Path) -> dict[str, Any]:

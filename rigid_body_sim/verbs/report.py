@@ -4,6 +4,7 @@
 `report -o DIR`: speed against error of every method on problems with exact answers.
 
 Writes report.json and report.csv, pictures, and report.html, one page that needs nothing else.
+A folder that holds a report is refused: what was measured for minutes is never replaced.
 With --scene the same for a scene of your own: which integrator, which step?
 """
 
@@ -19,7 +20,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from rigid_body_sim.errors import UserError
+from rigid_body_sim.errors import RunError, UserError
 from rigid_body_sim.physics.compile.kernels import warn_if_plain
 from rigid_body_sim.physics.integration.integrators import INTEGRATORS
 from rigid_body_sim.recording.new_output import is_taken
@@ -49,7 +50,12 @@ DURATION, TOLERANCE = 10.0, 1e-6  # [s], [m or rad] of --scene
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command line."""
     parser.add_argument(
-        '-o', '--output', type=Path, required=True, metavar='DIR', help='folder to write into'
+        '-o',
+        '--output',
+        type=Path,
+        required=True,
+        metavar='DIR',
+        help='folder to write into; it must not hold a report yet',
     )
     parser.add_argument(
         '--problems', nargs='+', metavar='NAME', help=f'of: {", ".join(PROBLEMS)}; default: all'
@@ -124,8 +130,13 @@ def run(arguments: argparse.Namespace) -> int:
 
     def interrupted() -> str:
         end_helpers()
+        if not done:
+            return '; nothing is written'
         about['interrupted'] = True
-        publish(results.report(about, done, wanted.absent), wanted.output)
+        try:
+            publish(results.report(about, done, wanted.absent), wanted.output)
+        except (RunError, UserError) as error:
+            return f'; {error}; {_safe(wanted)}'
         return f'; {len(done)} of {len(wanted.problems)} problems are in {wanted.output}'
 
     STOP.before_leaving = interrupted
@@ -183,8 +194,22 @@ def _publish(
     wanted: _Wanted,
     begun: Sequence[dict[str, Any]] = (),
 ) -> None:
-    with STOP.kept():
-        publish(results.report(about, done, wanted.absent, begun), wanted.output)
+    try:
+        with STOP.kept():
+            publish(results.report(about, done, wanted.absent, begun), wanted.output)
+    except RunError as error:
+        raise RunError(f'{error}; {_safe(wanted)}') from error
+
+
+def _safe(wanted: _Wanted) -> str:
+    """Say which problems a report holds that could not be written to its end."""
+    try:
+        names = [problem['name'] for problem in results.read(wanted.output)['problems']]
+    except UserError:
+        return 'nothing that was measured is safe'
+    left = [name for name in wanted.problems if name not in names]
+    rest = f'; measure the rest into another folder: --problems {" ".join(left)}' if left else ''
+    return f'{results.JSON} holds {", ".join(names)}{rest}'
 
 
 def _starts(wanted: _Wanted, progress: _Progress) -> list[dict[str, Any]]:
@@ -226,6 +251,10 @@ def _wanted(arguments: argparse.Namespace) -> _Wanted:
         raise UserError(f'--repetitions {repetitions}; allowed: 1 or more')
     if is_taken(arguments.output) and not arguments.output.is_dir():
         raise UserError(f'{arguments.output}: is a file; -o names the folder to write into')
+    if is_taken(arguments.output / results.JSON):
+        raise UserError(
+            f'{arguments.output}: holds a report already; choose another folder or remove it'
+        )
     peers, absent = _peers(arguments.peers)
     return _Wanted(
         arguments.output,

@@ -30,7 +30,7 @@ WALLS = {  # room -> what it may import besides the standard library and itself
     | {f'{NAME}.physics', f'{NAME}.errors'},
     'report': NUMERIC
     | {'PIL', 'matplotlib', 'yaml', f'{NAME}.__version__', f'{NAME}.errors'}
-    | {f'{NAME}.physics', f'{NAME}.exact', f'{NAME}.scene'}
+    | {f'{NAME}.physics', f'{NAME}.exact', f'{NAME}.scene', f'{NAME}.recording.new_output'}
     | PEERS,
     'sweeps': {
         'numpy',

@@ -3,6 +3,7 @@
 """`report`: numbers that a script with `Simulation` alone agrees to; files, refusals, Ctrl-C."""
 
 import csv
+import errno
 import json
 import os
 import shlex
@@ -178,6 +179,36 @@ def test_a_file_in_place_of_the_folder_is_refused(tmp_path, capsys):
     assert 'is a file' in capsys.readouterr().err
 
 
+def test_a_report_is_never_replaced(folder, capsys):
+    before = (folder / 'report.json').read_bytes()
+    assert main(['report', *QUICK, '--problems', 'projectile', '-o', str(folder)]) == 2
+    said = capsys.readouterr().err
+    assert said.endswith(f'{folder}: holds a report already; choose another folder or remove it\n')
+    assert (folder / 'report.json').read_bytes() == before
+
+
+def test_a_report_on_a_full_disk_says_what_is_safe_and_what_to_do(tmp_path, capsys, monkeypatch):
+    taken = []
+
+    def fills(part, path):
+        taken.append(path.name)
+        if taken.count('report.json') == 2:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        Path(part).rename(path)
+
+    monkeypatch.setattr('os.replace', fills)
+    words = ['--problems', 'projectile', 'oscillator', '--integrators', 'dmv6', *QUICK]
+    assert main(['report', *words, '-o', str(tmp_path)]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.endswith(
+        f'{tmp_path / "report.json"}: cannot be written: No space left on device; what was there '
+        'before is as it was; make room, or choose another place; report.json holds projectile; '
+        'measure the rest into another folder: --problems oscillator'
+    )
+    assert [problem['name'] for problem in results.read(tmp_path)['problems']] == ['projectile']
+    assert not list(tmp_path.glob('.*'))
+
+
 def test_an_interrupted_report_leaves_what_is_done(tmp_path):
     words = ['--problems', 'projectile', 'throughput', '--integrators', 'dmv6']
     run = subprocess.Popen(
@@ -197,6 +228,17 @@ def test_an_interrupted_report_leaves_what_is_done(tmp_path):
     read = results.read(tmp_path)
     assert read['made']['interrupted']
     assert [problem['name'] for problem in read['problems']] == ['projectile']
+
+
+def test_a_report_that_ends_before_its_first_problem_leaves_none(tmp_path, capsys, monkeypatch):
+    def stopped(*_arguments):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr('rigid_body_sim.verbs.report._measured', stopped)
+    words = ['--problems', 'projectile', '--integrators', 'dmv6', *QUICK]
+    assert main(['report', *words, '-o', str(tmp_path / 'out')]) != 0
+    assert '; nothing is written' in capsys.readouterr().err
+    assert not (tmp_path / 'out').exists()
 
 
 def test_the_step_recommended_for_a_scene_keeps_its_promise(tmp_path, capsys):
