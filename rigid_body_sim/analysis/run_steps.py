@@ -61,7 +61,7 @@ def steps_of(manifest: Mapping[str, str]) -> RunSteps | None:
     try:
         integrator = INTEGRATORS[manifest['integrator']]
         options = json.loads(manifest.get('integrator_options', '{}'))
-        length = int(manifest['dt_ns']) * 1e-9 / max(1, int(options.get('substeps', 1)))
+        length = int(manifest['dt_ns']) / 1e9 / max(1, int(options.get('substeps', 1)))
     except (KeyError, ValueError, TypeError, AttributeError):
         return None
     splits = isinstance(integrator.scheme, Splitting)

@@ -90,7 +90,7 @@ def _read(path: Path, progress: Progress) -> Run:
         if twist is not None:
             rates = slice(snapshot.VELOCITY, snapshot.ANGULAR_VELOCITY_BODY)
             values[:, i, rates] = _at(twist, stamps)
-    time: Array = np.multiply(stamps, 1e-9)
+    time: Array = np.divide(stamps, 1e9)
     ours = scene is not None and names == tuple(body.name for body in scene.bodies)
     masses = None
     if ours and scene is not None:
@@ -117,7 +117,8 @@ def _begin(bag: Bag, scene: Scene) -> float:
     ):
         return 0.0
     simulation = RecordedRun(bag.path).stand_at_start().simulation
-    return simulation.time - simulation.scene_time
+    passed_ns = round(simulation.scene_time * 1e9)
+    return (simulation.tick * simulation.dt_ns - passed_ns) / 1e9
 
 
 def spins_in_body_axes(values: Array) -> None:
@@ -227,7 +228,7 @@ def _told(bag: Bag, last: float) -> dict[str, Any]:
     lines = ending.json('warnings', '[]')
     told |= {
         'end_reason': WHOLE if reason == 'replayed' else reason,
-        'end_time': ending.integer('last_time_ns', 0, MOST_NS, '0') * 1e-9,
+        'end_time': ending.integer('last_time_ns', 0, MOST_NS, '0') / 1e9,
         'warnings': tuple(map(str, lines)) if isinstance(lines, list) else (),
     }
     if reason not in WHOLE_ENDS:

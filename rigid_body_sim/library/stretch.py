@@ -252,12 +252,12 @@ class Stretch:
         whole = rows == len(self._values)
         return Run(
             names=tuple(self._index),
-            time=np.multiply(ticks * dt_ns, 1e-9),
+            time=np.divide(ticks * dt_ns, 1e9),
             scene=simulation.scene,
             integrator=self._start['integrator'],
             dt=simulation.dt,
             end_reason=end_reason,
-            end_time=end * dt_ns * 1e-9,
+            end_time=end * dt_ns / 1e9,
             problem=problem,
             warnings=tuple(dict.fromkeys(self.warnings)),
             impacts=joined(self._impacts),

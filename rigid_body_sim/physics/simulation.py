@@ -262,8 +262,8 @@ class Simulation:
 
     @property
     def time(self) -> float:
-        """Simulated time [s]: tick * dt_ns * 1e-9."""
-        return self.tick * self._dt_ns * 1e-9
+        """Simulated time [s]: the nearest number to tick * dt_ns nanoseconds."""
+        return self.tick * self._dt_ns / 1e9
 
     @property
     def scene_time(self) -> float:

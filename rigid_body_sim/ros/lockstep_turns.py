@@ -201,8 +201,8 @@ class LockstepTurns:
         """Say where the run stands."""
         missing = self.missing()
         return LockstepFigures(
-            time=self._stamp * 1e-9,
-            period=self.period * self._dt_ns * 1e-9,
+            time=self._stamp / 1e9,
+            period=self.period * self._dt_ns / 1e9,
             missing=missing,
             waited=(now - self._since) * 1e-9 if missing else 0.0,
             timed_out=self.timed_out,

@@ -216,7 +216,7 @@ def commands_of_bag(
     first = recorded[0].log_time
     return chosen, [
         Message(
-            (message.log_time - first) * 1e-9 / rate_factor,
+            (message.log_time - first) / 1e9 / rate_factor,
             bag.wire_name(message.topic),
             message.data,
         )

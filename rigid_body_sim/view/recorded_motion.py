@@ -131,7 +131,7 @@ def read_motion(bag: Bag, *, samples: int) -> RecordedMotion:
         elif name in touching:
             forces = read_points(message.data)[:, FORCE]
             load = float(np.sum(np.linalg.norm(forces, axis=1)))
-            loads[name].append((message.log_time * 1e-9, load))
+            loads[name].append((message.log_time / 1e9, load))
         elif name in impulses or message.data[-WRENCH_BYTES:] != NO_WRENCH:
             commands.add(message.log_time)
         if name in wrenches:
@@ -158,7 +158,7 @@ def read_motion(bag: Bag, *, samples: int) -> RecordedMotion:
         )
     return RecordedMotion(
         _from_zero(tracks, bag),
-        1e-9 * np.array(sorted(commands), dtype=float),
+        np.array(sorted(commands), dtype=float) / 1e9,
         {touching[name]: _load(rows, samples) for name, rows in loads.items()}
         if touching or scene_has_contact(bag)
         else None,
@@ -216,7 +216,7 @@ def _columns(
         messages: list[Any] = [cdr.decode(kind.TYPE, payload) for payload in payloads]
         stamps = np.array([10**9 * message.sec + message.nanosec for message in messages])
         rows = [[x for part, _ in kind.PARTS for x in getattr(m, part)] for m in messages]
-        return 1e-9 * stamps, np.array(rows, dtype=np.float64)
+        return stamps / 1e9, np.array(rows, dtype=np.float64)
     fields: Any = {
         'names': ['sec', 'nanosec', 'numbers'],
         'formats': ['<i4', '<u4', ('<f8', width)],
@@ -226,7 +226,7 @@ def _columns(
     layout = np.dtype(fields)
     table = np.frombuffer(b''.join(payloads), dtype=layout)
     stamps = 10**9 * table['sec'].astype(np.int64) + table['nanosec']
-    return np.multiply(1e-9, stamps), table['numbers'].astype(np.float64)
+    return stamps / 1e9, table['numbers'].astype(np.float64)
 
 
 def _from_zero(tracks: list[Track], bag: Bag) -> tuple[Track, ...]:

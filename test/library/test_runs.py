@@ -39,6 +39,19 @@ def test_a_run_has_the_bits_of_stepping_by_hand():
     assert run.complete and run.end_time == 0.2 and len(run.time) == 11
 
 
+def test_an_instant_is_the_number_that_its_decimals_write(tmp_path):
+    run = rbs.simulate('two_bodies', 0.1, every=0.01)
+    written = [f'0.{k:02d}' for k in range(10)] + ['0.1']
+    assert run.time.tolist() == list(map(float, written))  # 30000000 * 1e-9 is none
+    run.save(tmp_path / 'bag')
+    read = rbs.open_bag(tmp_path / 'bag')
+    assert read.time.tolist() == run.time.tolist()
+    sim = rbs.Simulation('two_bodies')
+    sim.step(30)
+    assert sim.time == 0.03
+    assert sim.run(0.04).end_time == 0.07
+
+
 def test_stretches_one_after_the_other_are_one_run(run):
     sim = rbs.Simulation('satellite')
     parts = [sim.run(0.5, every=0.05, controller=damper) for _ in range(2)]

@@ -341,7 +341,7 @@ def test_a_state_waits_for_the_contacts_that_come_behind_it(touching):
         found.append(growing.whole(most=25))
     found.append(growing.whole(most=25))
     motion = joined([each for each in found if each is not None])
-    assert motion.tracks[0].time[-1] == messages[-1].log_time * 1e-9
+    assert motion.tracks[0].time[-1] == messages[-1].log_time / 1e9
     told = sum(len(rows) for each in motion.touching for rows in each.values())
     assert told == sum(len(read_points(m.data)) for m in bag.messages(names[4:])) > 0
 

@@ -50,7 +50,7 @@ class Impacts:
     @property
     def time(self) -> Array:
         """Instants (m,) [s]: rounded, of large times the digits of `remainder` are lost."""
-        return self.tick_ns * 1e-9 + self.remainder
+        return self.tick_ns / 1e9 + self.remainder
 
     def __getitem__(self, which: Any) -> Impacts:
         """Choose impacts as rows of an array: by a slice, a mask, or a list of places."""
