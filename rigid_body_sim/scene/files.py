@@ -33,6 +33,7 @@ MESH_FORMATS = ('off', 'stl', 'obj', 'ply')
 STL_HEAD, STL_TRIANGLE = 84, 50  # [byte] of binary STL: a title and the count, one triangle
 STL_END = 10_000  # [byte] in which the last word of STL as text stands
 STL_WORDS = re.compile(rb'(?im)^\s*(endsolid|facet|outer|vertex|endloop|endfacet)\b')
+QUAD = 4  # [corners] of the largest polygon that trimesh cuts in every format
 TABLE_FORMATS = ('csv', 'txt', 'npy')
 
 
@@ -206,6 +207,8 @@ def triangles_from_bytes(text: bytes, *, name: str) -> tuple[np.ndarray, np.ndar
     _need_whole(text, kind, name)
     import trimesh
 
+    if kind == 'off':
+        text = _off_of_triangles(text)
     try:
         loaded = trimesh.load_mesh(io.BytesIO(text), file_type=kind, process=False)
         vertices = np.asarray(loaded.vertices, dtype=np.float64)
@@ -258,12 +261,41 @@ def _stl_fault(text: bytes) -> str | None:
 
 def _off_fault(text: bytes) -> str | None:
     """Say that OFF has less vertices and faces than its counts; None: it does not."""
+    counts, lines = _off_lines(text)
+    return _fault_of_lines([b'vertices', b'faces'], counts, lines)
+
+
+def _off_lines(text: bytes) -> tuple[list[bytes], list[list[bytes]]]:
+    """Part OFF into its counts, of vertices and faces, and the words of the lines after them."""
     lines = [line.split(b'#')[0].split() for line in text.splitlines()]
     head, *rest = [line for line in lines if line] or [[]]
     counts = head[1:]
     if not counts and rest:
         counts, *rest = rest
-    return _fault_of_lines([b'vertices', b'faces'], counts[:2], rest)
+    return counts[:2], rest
+
+
+def _off_of_triangles(text: bytes) -> bytes:
+    """
+    Cut the polygons of OFF that have more than four corners into fans of triangles, as trimesh
+    does with those of OBJ and PLY: of OFF it cannot, since NumPy 2.5.
+    """
+    counts, lines = _off_lines(text)
+    if b'OFF' not in text or len(counts) < 2 or not all(count.isdigit() for count in counts):
+        return text
+    vertices, faces = map(int, counts)
+    points, polygons = lines[:vertices], lines[vertices : vertices + faces]
+    if not all(face[0].isdigit() and int(face[0]) < len(face) for face in polygons):
+        return text
+    if not any(int(face[0]) > QUAD for face in polygons):
+        return text
+    triangles = [
+        [b'3', corners[0], *corners[i : i + 2]]
+        for count, *corners in polygons
+        for i in range(1, int(count) - 1)
+    ]
+    head = [[b'OFF'], [b'%d' % vertices, b'%d' % len(triangles), b'0']]
+    return b'\n'.join(b' '.join(words) for words in (*head, *points, *triangles))
 
 
 def _ply_fault(text: bytes) -> str | None:

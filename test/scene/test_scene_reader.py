@@ -314,6 +314,21 @@ def test_an_stl_mesh_joins_its_corners() -> None:
     assert read.bodies[0].mass == pytest.approx(1.0, rel=ROUND_OFF)
 
 
+@pytest.mark.parametrize('head', ['OFF\n12 8 0', 'OFF 12 8 18', '# prism\nOFF\n\n12 8 0 # counts'])
+def test_polygons_of_an_off_mesh_are_cut_into_triangles(head: str) -> None:
+    angle = np.arange(6) * math.pi / 3
+    ring = [f'{math.cos(a)!r} {math.sin(a)!r}' for a in angle.tolist()]
+    points = [f'{corner} {z}' for z in (0, 2) for corner in ring]
+    sides = [f'4 {i} {(i + 1) % 6} {6 + (i + 1) % 6} {6 + i}' for i in range(6)]
+    ends = ['6 5 4 3 2 1 0', '6 6 7 8 9 10 11 0.5 0.5 0.5']  # the last one with a colour
+    off = '\n'.join([head, *points, *ends, *sides]).encode()
+    shape = {'type': 'mesh', 'file': 'prism.off'}
+    given = scene(bodies=[body(shape=shape, density=6, mass=None)])
+    prism = load_scene(given, files={'prism.off': off}).bodies[0]
+    assert prism.mass == pytest.approx(6 * 2 * 1.5 * math.sqrt(3), rel=ROUND_OFF)  # of a hexagon
+    assert prism.center_of_mass == pytest.approx((0, 0, 1), abs=ROUND_OFF)
+
+
 @pytest.mark.parametrize(
     ('text', 'file', 'reason'),
     (
