@@ -636,7 +636,9 @@ FORCE_MEANINGS = {
     'constant': 'constant of gravity',
     'softening': 'length that keeps the force finite where bodies meet',
     'table': 'rows [t, fx, fy, fz] or [t, fx, fy, fz, tx, ty, tz]; times ascend',
-    'interpolation': 'between the rows; cubic: twice continuously differentiable',
+    'interpolation': 'between the rows; cubic: the twice continuously differentiable spline that is '
+    'not-a-knot, one cubic over the first two intervals and one over the last two; of three rows '
+    'a parabola, of two a line',
     'outside': 'before the first row and after the last',
 }
 OTHERWISE = {'bodies': 'all', 'point': 'the centre of mass'}
