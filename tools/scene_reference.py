@@ -67,6 +67,8 @@ def _mapping(part: g.Mappings, *, without: tuple[str, ...] = ()) -> Json:
         'properties': {name: _property(key) for name, key in part.keys.items()},
         'additionalProperties': False,
     }
+    if part.ignored:
+        found['patternProperties'] = {f'^{part.ignored}': True}
     if required := [name for name, key in part.keys.items() if key.required]:
         found['required'] = required
     if part.rules:
@@ -278,6 +280,11 @@ def _table(part: g.Mappings) -> Iterator[str]:
                 f'| `{name}` | {_allowed(key.kind)} | {unit} | {_cell(default)} | '
                 f'{_cell(key.meaning)} |\n'
             )
+    if part.ignored:
+        yield (
+            f'\nA key that begins with `{part.ignored}` is read by nobody: a place for anchors '
+            '(`&`) that bodies repeat (`*`, `<<`).\n'
+        )
     if part.rules:
         yield '\n' + ''.join(f'- {rule.sentence[:1].upper()}{rule.sentence[1:]}.\n' for rule in part.rules)  # noqa: E501  # fmt: skip
 

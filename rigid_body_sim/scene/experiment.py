@@ -167,7 +167,7 @@ def _scene_of(
 ) -> Scene:
     value = Value(parsed.content, parsed)
     value.need_mapping('a mapping with dt and bodies')
-    value.need_known(grammar.SCENE.keys)
+    value.need_known(grammar.SCENE.keys, ignored=grammar.SCENE.ignored)
     _check_version(value.find('version'))
     dt_ns = _tick(value.at('dt', what='the tick length [s]'))
     bodies = _bodies(value, files, known)

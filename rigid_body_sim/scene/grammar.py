@@ -173,6 +173,7 @@ class Mappings:
     A mapping with these keys; or, with `variants`, one of several told apart by the key `tag`.
 
     default_tag : the variant where `tag` is absent; None: it must be there
+    ignored     : how keys begin that nobody reads; empty: none do
     """
 
     about: str
@@ -181,6 +182,7 @@ class Mappings:
     tag: str = ''
     variants: Mapping[str, Mappings] = field(default_factory=dict)
     default_tag: str | None = None
+    ignored: str = ''
 
 
 LEAST_DT, LARGEST_DT = 1e-9, float(LONGEST_NS // 10**9)  # [s]
@@ -235,6 +237,7 @@ SCENE = Mappings(
         'bodies': Key(ListOf(Part('body'), least=1), 'the bodies', required=True),
         'forces': Key(ListOf(Part('force')), 'forces beside gravity and commands', default=[]),
     },
+    ignored='x-',
 )
 
 ORIENTATION = Mappings(
@@ -636,9 +639,9 @@ FORCE_MEANINGS = {
     'constant': 'constant of gravity',
     'softening': 'length that keeps the force finite where bodies meet',
     'table': 'rows [t, fx, fy, fz] or [t, fx, fy, fz, tx, ty, tz]; times ascend',
-    'interpolation': 'between the rows; cubic: the twice continuously differentiable spline that is '
-    'not-a-knot, one cubic over the first two intervals and one over the last two; of three rows '
-    'a parabola, of two a line',
+    'interpolation': 'between the rows; cubic: the twice continuously differentiable spline that '
+    'is not-a-knot, one cubic over the first two intervals and one over the last two; of three '
+    'rows a parabola, of two a line',
     'outside': 'before the first row and after the last',
 }
 OTHERWISE = {'bodies': 'all', 'point': 'the centre of mass'}

@@ -183,10 +183,14 @@ class Value:
         content = self.content.get(key)
         return None if content is None else Value(content, self.document, self, key)
 
-    def need_known(self, known: Collection[str]) -> None:
-        """Refuse keys that nobody reads."""
+    def need_known(self, known: Collection[str], *, ignored: str = '') -> None:
+        """
+        Refuse keys that nobody reads.
+
+        ignored : how those begin that are a place for anchors; empty: none do
+        """
         for key in self.content:
-            if key not in known:
+            if key not in known and not (ignored and str(key).startswith(ignored)):
                 word = key if isinstance(key, str) and key.isprintable() else shown(key)
                 place = Value(None, self.document, self, word)
                 raise place.error(f'unknown key{choose_from(word, known)}')

@@ -297,6 +297,20 @@ def test_a_mesh_is_read_beside_the_scene_and_kept_with_it(tmp_path: Path) -> Non
     )
 
 
+ANCHORED = b"""dt: 0.01
+x-ball: &ball {shape: {type: sphere, radius: 0.1}, mass: 2}
+bodies: [{<<: *ball, name: a}, {<<: *ball, name: b, mass: 3}]
+"""
+
+
+def test_a_key_that_begins_with_x_holds_what_bodies_have_in_common() -> None:
+    assert [each.mass for each in load_scene(ANCHORED).bodies] == [2.0, 3.0]
+    message = refusal(ANCHORED.replace(b'x-ball', b'y-ball'))
+    assert message.startswith('scene: y-ball: unknown key; allowed: ')
+    message = refusal(ANCHORED.replace(b'mass: 3', b'x-mass: 3'))
+    assert message.startswith("scene: bodies[1].x-mass: unknown key; did you mean 'mass'? ")
+
+
 def test_an_stl_mesh_joins_its_corners() -> None:
     triangles = ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3))
     corners = ('0 0 0', '1 0 0', '0 1 0', '0 0 1')
