@@ -107,7 +107,7 @@ def from_csv(path: Path) -> list[Poses]:
 
 
 def _rows(path: Path, lines: Iterator[str]) -> Iterator[tuple[str, tuple[float, ...]]]:
-    reader = csv.DictReader(lines)
+    reader = csv.DictReader(lines, skipinitialspace=True)
     columns = tuple(reader.fieldnames or ())
     turning = set(CSV_ORIENTATION) <= set(columns)
     allowed = ('time', 'body', *CSV_POSITION, *(CSV_ORIENTATION if turning else ()))

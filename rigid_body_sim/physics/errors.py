@@ -41,12 +41,16 @@ def _short(word: str) -> str:
 
 
 def nearest(word: object, known: Collection[str]) -> str | None:
-    """Find the known word that a slip may have meant; None where none is near."""
+    """
+    Find the known word that a slip may have meant; None where none is near. Capitals are a slip.
+    """
     import difflib  # only for who made a slip
 
     if not isinstance(word, str) or len(word) > LONGEST_WORD:
         return None
-    return next(iter(difflib.get_close_matches(word, known, n=1, cutoff=LIKENESS)), None)
+    small = {each.casefold(): each for each in reversed([*known])}
+    near = difflib.get_close_matches(word.casefold(), small, n=1, cutoff=LIKENESS)
+    return small[near[0]] if near else None
 
 
 def choose_from(word: object, known: Collection[str]) -> str:

@@ -317,7 +317,7 @@ def read_csv(
 def _rows(
     path: Path, lines: Iterator[str], rules: CommandRules, dt_ns: int
 ) -> Iterator[tuple[int, Command]]:
-    reader = csv.DictReader(lines)
+    reader = csv.DictReader(lines, skipinitialspace=True)
     _need_columns(path, tuple(reader.fieldnames or ()))
     for row in reader:
         where = f'{path}: line {reader.line_num}'

@@ -14,6 +14,7 @@ that alone knows lines, which only messages ask for.
 
 from __future__ import annotations
 
+import codecs
 import math
 import re
 from collections.abc import Callable, Mapping
@@ -29,6 +30,7 @@ from yaml.events import (
     SequenceEndEvent,
     SequenceStartEvent,
 )
+from yaml.reader import Reader
 
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.scene.numerals import DECIMAL
@@ -87,9 +89,10 @@ def read(text: bytes, *, name: str, with_lines: bool = True) -> Document:
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         place = '' if mark is None else f'line {mark.line + 1}, column {mark.column + 1}: '
-        raise UserError(
-            f'{name}: {place}{_one_line(error.problem or error.context or "not YAML")}'
-        ) from error
+        told = _one_line(error.problem or error.context or 'not YAML')
+        if mark is not None and _is_tab(text, mark):
+            told = 'a tab, and YAML indents by blanks alone; write blanks in its place'
+        raise UserError(f'{name}: {place}{told}') from error
     # PyYAML leaks these from values that only look like dates or tagged numbers.
     except (
         yaml.YAMLError,
@@ -99,7 +102,8 @@ def read(text: bytes, *, name: str, with_lines: bool = True) -> Document:
         TypeError,
         OverflowError,
     ) as error:
-        raise UserError(f'{name}: not readable as YAML: {_one_line(error)}') from error
+        told = _no_text(text) or f'not readable as YAML: {_one_line(error)}'
+        raise UserError(f'{name}: {told}') from error
     return Document(name, content, text if with_lines else None)
 
 
@@ -117,6 +121,30 @@ def write(mapping: Mapping[str, Any]) -> bytes:
             f'scene: cannot be written as YAML: {_one_line(error)}; '
             'use numbers, strings, lists and mappings'
         ) from error
+
+
+def _is_tab(text: bytes, mark: yaml.Mark) -> bool:
+    """Tell whether a tab stands where PyYAML stumbled."""
+    line = text.decode(errors='replace').splitlines()[mark.line : mark.line + 1]
+    return ''.join(line)[mark.column : mark.column + 1] == '\t'
+
+
+def _no_text(text: bytes) -> str | None:
+    """Say where bytes are no text in UTF-8, or a character is none of YAML; None: all is."""
+    if text.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return None
+    try:
+        fault = Reader.NON_PRINTABLE.search(text.decode())
+    except UnicodeDecodeError as error:
+        line, byte = 1 + text.count(b'\n', 0, error.start), text[error.start]
+        return (
+            f'line {line}: the byte 0x{byte:02X} is no text in UTF-8 (in Latin-1 {chr(byte)!r}); '
+            'save the file in UTF-8'
+        )
+    if fault is None:
+        return None
+    line = 1 + fault.string.count('\n', 0, fault.start())
+    return f'line {line}: holds {fault[0]!r}, which controls and shows nothing; take it away'
 
 
 class _NotPlain(Exception):

@@ -9,6 +9,8 @@ import pytest
 
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.bag_reader import Bag
+from rigid_body_sim.runs.commands import read_csv
+from rigid_body_sim.scene import load_scene
 
 from .conftest import SCENES
 
@@ -195,6 +197,15 @@ def test_bad_command_files_are_refused_by_line(verb, tmp_path, text, expected):
     assert code == 2
     assert expected in err
     assert err.count('\n') == 1
+
+
+def test_a_table_of_commands_may_have_blanks_after_its_commas(tmp_path):
+    scene = load_scene(SCENE)
+    tight, wide = tmp_path / 'tight.csv', tmp_path / 'wide.csv'
+    lines = 'time,body,kind,frame,fx\n0.1,box,force,world,2\n'
+    tight.write_text(lines)
+    wide.write_text(lines.replace(',', ', '))
+    assert read_csv(wide, scene, dt_ns=10**6) == read_csv(tight, scene, dt_ns=10**6)
 
 
 def test_a_force_beside_empty_or_zero_torques_is_obeyed_and_replays(verb, tmp_path):

@@ -160,3 +160,21 @@ def test_one_quaternion_is_normalised_to_the_bits_of_many(values, exponent):
             normalised(values)
     else:
         assert normalised(values) == expected
+
+
+@pytest.mark.parametrize(
+    ('text', 'told'),
+    [
+        (b'dt: 0.01\nbodies:\n\t- {name: a}\n', 'line 3, column 1: a tab, and YAML indents by '),
+        (b'bodies:\n- name: a\n\tmass: 1\n', 'line 3, column 1: a tab, and YAML indents by '),
+        (
+            b'name: M\xfcnchen\n',
+            "line 1: the byte 0xFC is no text in UTF-8 (in Latin-1 '\u00fc'); ",
+        ),
+        (b'dt: 1\nname: a\x07b\n', r"line 2: holds '\x07', which controls and shows nothing; "),
+    ],
+)
+def test_what_editors_leave_in_a_text_is_told_with_its_line_and_cure(text, told):
+    with pytest.raises(UserError) as refused:
+        document.read(text, name='a.yaml')
+    assert str(refused.value).startswith(f'a.yaml: {told}')

@@ -303,6 +303,13 @@ bodies: [{<<: *ball, name: a}, {<<: *ball, name: b, mass: 3}]
 """
 
 
+def test_capitals_are_a_slip_as_others_are() -> None:
+    assert "'QUICK' is unknown; did you mean 'quick'? " in refusal(scene(integrator='QUICK'))
+    assert "unknown key; did you mean 'mass'? " in refusal(
+        scene(bodies=[{'name': 'a', 'MASS': 1}])
+    )
+
+
 def test_a_key_that_begins_with_x_holds_what_bodies_have_in_common() -> None:
     assert [each.mass for each in load_scene(ANCHORED).bodies] == [2.0, 3.0]
     message = refusal(ANCHORED.replace(b'x-ball', b'y-ball'))
