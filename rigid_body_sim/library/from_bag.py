@@ -77,6 +77,8 @@ def _read(path: Path, progress: Progress) -> Run:
     wanted = [name for of_body in topics.values() for name in of_body.values()]
     columns = read_columns(bag, wanted, progress=progress)
     names = tuple(topics)
+    for topic in wanted:
+        _need_time_forward(columns[topic].stamp, f'{path}: {topic}')
     poses = [columns[topics[name]['pose']] for name in names]
     twists = [
         columns[topics[name]['twist']] if 'twist' in topics[name] else None for name in names
@@ -157,6 +159,17 @@ def _topics(bag: Bag, scene: Scene | None) -> dict[str, dict[str, str]]:
     if set(order) == set(by_name):
         return {name: by_name[name] for name in order}
     return by_name
+
+
+def _need_time_forward(stamps: NDArray[np.int64], where: str) -> None:
+    """Refuse what another program recorded over two runs: a time would stand for two states."""
+    back = np.flatnonzero(stamps[1:] < stamps[:-1])
+    if back.size:
+        before, at = (stamps[back[0] + k] / 1e9 for k in (0, 1))
+        raise UserError(
+            f'{where}: message {back[0] + 1}, of {at:.15g} s, comes after that of {before:.15g} s;'
+            ' times must not go back: record each run, and each turn of a loop, into its own bag'
+        )
 
 
 def _common(stamps: Sequence[NDArray[np.int64]]) -> NDArray[np.int64]:

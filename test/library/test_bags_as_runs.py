@@ -7,10 +7,13 @@ import shutil
 import numpy as np
 import pytest
 from mcap.reader import make_reader
+from mcap.writer import Writer
 from mcap_ros2.decoder import DecoderFactory
 
 import rigid_body_sim as rbs
 from rigid_body_sim.__main__ import main
+from rigid_body_sim.recording import cdr
+from rigid_body_sim.recording.definitions import definition
 
 from .conftest import VECTORS, damper, same_bits
 
@@ -97,6 +100,25 @@ def test_bags_of_arrays_and_namespaces_and_other_recorders_come_back(tmp_path):
     found = rbs.open_bag(derived)
     assert same_bits(found['satellite'].position, run['satellite'].position)
     assert np.isnan(found['satellite'].force).all()  # nobody recorded what was commanded
+
+
+def test_a_bag_whose_time_goes_back_is_refused_with_the_message_that_does(tmp_path):
+    path = tmp_path / 'looped.mcap'
+    with path.open('wb') as stream:
+        writer = Writer(stream)
+        writer.start()
+        schema = writer.register_schema(
+            cdr.PoseStamped.TYPE, 'ros2msg', definition(cdr.PoseStamped.TYPE).encode()
+        )
+        channel = writer.register_channel('/ball/pose', 'cdr', schema)
+        for wall, sec in enumerate((1, 2, 3, 1, 2)):
+            pose = cdr.PoseStamped(sec, 0, 'world', (0.0, 0.0, sec), (0.0, 0.0, 0.0, 1.0))
+            writer.add_message(channel, wall, cdr.encode(pose), wall)
+        writer.finish()
+    with pytest.raises(
+        rbs.UserError, match='/ball/pose: message 3, of 1 s, comes after that of 3 s; '
+    ):
+        rbs.open_bag(path)
 
 
 def test_damaged_bags_and_what_is_none_end_in_one_error(bag, tmp_path):
