@@ -308,7 +308,9 @@ def test_principal_axes_diagonalise_any_tensor(
     inertia = 0.5 * (inertia + inertia.T)
     found, axes = principal_axes(inertia)
     assert np.linalg.det(axes) == pytest.approx(1.0, abs=ROUND_OFF)
-    assert axes @ np.diag(found) @ axes.T == pytest.approx(inertia, abs=ROUND_OFF)
+    # so much off the diagonal counts as rounding of a tensor in its own axes
+    round_off = ROUND_OFF * inertia.trace()
+    assert axes @ np.diag(found) @ axes.T == pytest.approx(inertia, abs=round_off)
     assert np.sort(found) == pytest.approx(np.sort(moments), rel=ROUND_OFF)
 
 
