@@ -45,8 +45,10 @@ def write(report: Mapping[str, Any], folder: Path) -> list[Path]:
             continue
         for suffix in ('png', 'svg'):
             path = folder / f'{problem["name"]}.{suffix}'
-            style = {'svg.fonttype': 'none', 'svg.hashsalt': problem['name']}
-            with replacing(path) as part, matplotlib.rc_context(style):
+            with (
+                replacing(path) as part,
+                matplotlib.rc_context({'svg.fonttype': 'none', 'svg.hashsalt': problem['name']}),
+            ):
                 figure.savefig(
                     part,
                     format=suffix,
