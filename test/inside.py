@@ -137,14 +137,14 @@ def watch_pieces(simulation, watch):
     """
     Tell the lengths of the pieces into which a tick of contact is cut, for each that is.
     """
-    of_scene = contact(simulation)
-    in_pieces = of_scene.in_pieces
+    pieces = contact(simulation).pieces
+    in_pieces = pieces.in_pieces
 
     def watched(h, lengths, advance):
         watch(lengths)
         return in_pieces(h, lengths, advance)
 
-    of_scene.in_pieces = watched
+    pieces.in_pieces = watched
 
 
 def flows(simulation):
@@ -180,7 +180,7 @@ def helped(simulation, *further):
     """
     Note how many threads may help in each call of the kernel; let further calls be made beside.
     """
-    helpers, noted = contact(simulation)._helpers, []
+    helpers, noted = contact(simulation).ticks._helpers, []
     go = helpers.go
 
     def noting(leads, help_with, arguments):

@@ -355,8 +355,9 @@ class Simulation:
             end = tick + (ticks if ticks.__class__ is int and ticks >= 0 else _whole(ticks))
             if end > self._last_tick:
                 raise self._too_late(ticks)
-            if stepper.contact is not None:
-                stepper.forget_impacts()
+            contact = stepper.contact
+            if contact is not None:
+                contact.readout.forget_impacts()
             while tick < end:
                 if watch is not None:
                     watch.meet(tick, self._read_state)
@@ -1156,7 +1157,7 @@ class Simulation:
     def _begins(self) -> bool:
         """Whether no tick was done since the start of a scene with contact that tells none."""
         tells = self._stepper.is_timed or self._reader.is_timed
-        return self.has_contact and not tells and self._stepper.contact.is_new
+        return self.has_contact and not tells and self._stepper.contact.memory.is_new
 
     def _split_start(self, tick: int, rest: bytes) -> tuple[bytes, int]:
         """Split what follows the motion in a state into what is remembered and the start [ns]."""

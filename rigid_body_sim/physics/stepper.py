@@ -87,8 +87,12 @@ CHUNK_IN_CONTACT = 20_000
 # what a step began from: tick, what `Stepper._snapshot` gave (or of that nothing, or the contact
 # alone: `_moving_rows` have the motion), what the caller wants back beside, the work done by then
 Undo = tuple[int, tuple[Any, ...] | None, Any, Any]
-# length of a tick [s], steps in it, their length [s], what copies the motion, and what makes them
-OneTick = tuple[float, int, float, Callable[[], Any], Callable[[int, float, float], Any]]
+# length of a tick [s], steps in it, their length [s], what copies the motion, what keeps what
+# there is of contact (None: there is none), and what makes them
+OneTick = tuple[
+    float, int, float, Callable[[], Any], Callable[[], Any] | None,
+    Callable[[int, float, float], Any],
+]  # fmt: skip
 
 
 class Stepper:
@@ -202,13 +206,13 @@ class Stepper:
         arrays = (self.translation.copy(), self.rotation.copy())
         if self._integrator.remembers is not None:
             arrays = (*arrays, self._method.copy())
-        return arrays if self.contact is None else (*arrays, self.contact.snapshot())
+        return arrays if self.contact is None else (*arrays, self.contact.memory.snapshot())
 
     def _return_to(self, snapshot: tuple[Any, ...]) -> None:
         for array, values in zip(self._state, snapshot, strict=False):
             array[:] = values
         if self.contact is not None:
-            self.contact.return_to(snapshot[-1])
+            self.contact.memory.return_to(snapshot[-1])
 
     def begin(self, more: Any = None) -> Undo:
         """Note what to return to; from here to `end` the state is nobody's."""
@@ -229,7 +233,7 @@ class Stepper:
             last = (*self._arguments[:METHOD], argument(sizes), *kept)
             self._keep = prepared(keep_motion, (), last, brief=True)
         self._keep()
-        of_contact = None if self.contact is None else (self.contact.keep(),)
+        of_contact = None if self.contact is None else (self.contact.memory.keep(),)
         self.undo = undo = (self.tick, of_contact, None, None)
         return undo
 
@@ -258,14 +262,14 @@ class Stepper:
         self._side_by_side.rest()
         contact = self.contact
         if contact is not None:
-            contact.rest()
+            contact.ticks.rest()
         if self.undo is not None:
             self.tick, arrays, _, mark = self.undo
             if arrays is None or len(arrays) == 1:
                 for kept, now in self._moving_rows or ():
                     now[...] = kept
                 if arrays is not None:
-                    self.contact.return_to(arrays[0])
+                    self.contact.memory.return_to(arrays[0])
             else:
                 self._return_to(arrays)
             if self.work is not None and mark is not None:
@@ -276,7 +280,7 @@ class Stepper:
         """Begin to add up the work of what has no potential."""
         powers = Powers(self._elements)
         powers.prepare(argument(self.translation), argument(self.rotation))
-        self._drives_before = 0.0 if self.contact is None else self.contact.work_of_drives
+        self._drives_before = 0.0 if self.contact is None else self.contact.arrays.work_of_drives
         self._one_tick = None
         self.work = WorkMeter(powers, self._integrator, smooth=self.contact is None)
         return self.work
@@ -292,7 +296,7 @@ class Stepper:
             self.end(undo)
         if self.contact is not None:
             done = done.copy()
-            done[DRIVES] += self.contact.work_of_drives - self._drives_before
+            done[DRIVES] += self.contact.arrays.work_of_drives - self._drives_before
         return done, error
 
     def cut_work(self) -> None:
@@ -312,15 +316,15 @@ class Stepper:
 
     def overlap_warnings(self) -> dict[tuple[int, int], str]:
         """Warn of pairs of bodies (scene indices) that have overlapped too deeply."""
-        return {} if self.contact is None else self.contact.overlap_warnings()
+        return {} if self.contact is None else self.contact.readout.overlap_warnings()
 
     def deepest_gap(self) -> float | None:
         """Give the smallest gap of two bodies that touched, at the start of any tick [m]."""
-        return None if self.contact is None else self.contact.deepest_gap()
+        return None if self.contact is None else self.contact.readout.deepest_gap()
 
     def contacts(self) -> Contacts:
         """Give the contacts of the last tick; none in a scene without contact."""
-        return NO_CONTACTS if self.contact is None else self.contact.contacts()
+        return NO_CONTACTS if self.contact is None else self.contact.readout.contacts()
 
     def impacts(self, *, dt_ns: int, start_ns: int) -> Impacts:
         """
@@ -331,12 +335,7 @@ class Stepper:
         """
         if self.contact is None:
             return NO_IMPACTS
-        return self.contact.read_impacts(dt_ns=dt_ns, start_ns=start_ns)
-
-    def forget_impacts(self) -> None:
-        """Begin a new list of impacts."""
-        if self.contact is not None:
-            self.contact.forget_impacts()
+        return self.contact.readout.read_impacts(dt_ns=dt_ns, start_ns=start_ns)
 
     def memory(self) -> Array:
         """Give what the integrator remembers beside the blocks, (n_rigid, rows); often nothing."""
@@ -351,7 +350,11 @@ class Stepper:
         impulses of contacts.
         """
         own = self.memory().reshape(-1)
-        return own if self.contact is None else np.concatenate((own, self.contact.remembered()))
+        return (
+            own
+            if self.contact is None
+            else np.concatenate((own, self.contact.memory.remembered()))
+        )
 
     def recall(self, numbers: Array) -> None:
         """
@@ -360,7 +363,7 @@ class Stepper:
         Raises ValueError for other numbers.
         """
         if self.contact is not None:
-            self.contact.recall(numbers)
+            self.contact.memory.recall(numbers)
         elif self._integrator.remembers is not None:
             count = self._layout.n_rigid
             values = numbers.reshape(count, -1) if numbers.size else self._method_rows()
@@ -505,10 +508,10 @@ class Stepper:
                   state is the last good one
         """
         if ticks == 1 and self._one_tick is not None:
-            usual, n, step, keep, call = self._one_tick
+            usual, n, step, keep, keep_contact, call = self._one_tick
             if h == usual:
                 keep()
-                of_contact = None if self.contact is None else (self.contact.keep(),)
+                of_contact = None if keep_contact is None else (keep_contact(),)
                 self.undo = before = (self.tick, of_contact, None, None)
                 try:
                     status = call(n, n * tick, step)
@@ -567,14 +570,17 @@ class Stepper:
         Note how the tick that was done is done again, for who looks at each one; `_one_tick` is
         None again where arguments, method, or who looks at the work are others.
         """
-        looks = self.work is not None or (self.contact is not None and self.contact.has_events)
+        looks = self.work is not None or (
+            self.contact is not None and self.contact.readout.has_events
+        )
         if self._keep is None or looks or self._parts:
             return
         n, call = self._substeps, self._call
         if self.contact is None and self._elements.do_nothing and self._layout.n_moving <= BRIEF:
             kernel, arguments = self._called
             call = prepared(kernel, (n, n * tick, h / n), arguments, brief=True)
-        self._one_tick = h, n, h / n, self._keep, call
+        keep_contact = None if self.contact is None else self.contact.memory.keep
+        self._one_tick = h, n, h / n, self._keep, keep_contact, call
 
     def _advance_in_pieces(
         self, kernel: Callable[..., Any], tick: float, cuts: list[float], h: float
@@ -595,12 +601,12 @@ class Stepper:
 
             def advance(is_cut: bool) -> float:
                 if is_cut:
-                    return contact.in_pieces(step, lengths, between)
+                    return contact.pieces.in_pieces(step, lengths, between)
                 whole = partial(self._go_whole, kernel, tick, h)
-                return contact.in_pieces(step, [h], whole)
+                return contact.pieces.in_pieces(step, [h], whole)
 
             bodies = self._elements.bodies_at(cuts, h)
-            status = contact.advance_cut(bodies, step, self._arguments[2:4], advance)
+            status = contact.islands.advance_cut(bodies, step, self._arguments[2:4], advance)
         if status != 0.0:
             self._copy_back()
             return False
@@ -804,7 +810,7 @@ class Stepper:
             kept = rows(self._method, LANES * len(memory), 0, len(memory))
             kept[block, :, lane] = memory
         if self.contact is not None:
-            self.contact.forget_body(placed.core)
+            self.contact.memory.forget_body(placed.core)
 
     def orientation(self, core: int) -> Array:
         """Quaternion (4,) of the principal axes of a rigid body."""

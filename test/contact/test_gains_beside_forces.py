@@ -99,7 +99,7 @@ def largest_rise(sim, ticks, energy=None):
     for _ in range(ticks):
         sim.step()
         found.append((energy or sim.energy)())
-        works.append(inside.contact(sim).work_of_drives)
+        works.append(inside.world(sim).work_of_drives)
     return (np.diff(found) - np.diff(works)).max() / max(found)
 
 
@@ -292,6 +292,6 @@ def test_work_of_a_turntable_on_what_rides_it_is_nothing():
     bodies, _ = rides_a_table()
     sim = Simulation(scene(bodies, dt=0.004))
     sim.step(10)  # it learns of the force that holds it
-    before = inside.contact(sim).work_of_drives
+    before = inside.world(sim).work_of_drives
     sim.step(round(math.pi / 0.004))
-    assert inside.contact(sim).work_of_drives == pytest.approx(before, abs=5e-7)
+    assert inside.world(sim).work_of_drives == pytest.approx(before, abs=5e-7)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from rigid_body_sim.physics.compile import kernels, side_by_side
-from rigid_body_sim.physics.contact import crew, world
+from rigid_body_sim.physics.contact import crew, ticks
 from rigid_body_sim.physics.simulation import Simulation
 
 from .. import inside
@@ -44,10 +44,10 @@ def towers(seed, count=TOWERS, **of_each):
 @pytest.fixture
 def on(monkeypatch):
     """A simulation on so many threads, however many bodies there are."""
-    monkeypatch.setattr(world, 'WORTH_HELP', 0)
+    monkeypatch.setattr(ticks, 'WORTH_HELP', 0)
 
     def make(threads, described):
-        for module in (world, side_by_side):
+        for module in (ticks, side_by_side):
             monkeypatch.setattr(module, 'threads', lambda: threads)
         return Simulation(described)
 
@@ -161,7 +161,7 @@ def test_nobody_helps_when_the_call_is_over(on):
 
 def test_few_bodies_are_left_alone(monkeypatch):
     """A tick of few is over before another thread has begun."""
-    monkeypatch.setattr(world, 'threads', lambda: 2)
+    monkeypatch.setattr(ticks, 'threads', lambda: 2)
     few = Simulation(scene([ground(), box('b', 0.2, (0, 0, 0.1))]))
     with inside.helped(few) as helpers:
         few.step(50)

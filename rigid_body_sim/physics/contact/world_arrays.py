@@ -421,6 +421,15 @@ class WorldArrays:
         return h / int(self.settings[tick_settings.SUBSTEPS])
 
     @property
+    def work_of_drives(self) -> float:
+        """Work that was done so far by what is moved as told, and by belts [J]."""
+        return self.works.item(0)
+
+    def put_work_of_drives(self, work: float) -> None:
+        """Let the work so far be another one [J]: time passes again from an earlier instant."""
+        self.works[0] = work
+
+    @property
     def taken_back(self) -> Array:
         """What the last tick took back of each body: see `energy.scratch`."""
         return self._energy.taken
