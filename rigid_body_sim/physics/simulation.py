@@ -399,7 +399,7 @@ class Simulation:
         undo = self._stepper.undo
         if undo is not None:
             self._read = None
-            more = undo[2]
+            _tick, _motion, _contact, more, _work = undo
             if more is not None:
                 self._held_changed = True
                 self._start_ns, self._held.slots = more

@@ -84,9 +84,11 @@ CHUNK = 1000  # [tick] between two copies of the state, to which a run returns t
 CHUNK_IN_CONTACT = 20_000
 
 
-# what a step began from: tick, what `Stepper._snapshot` gave (or of that nothing, or the contact
-# alone: `_moving_rows` have the motion), what the caller wants back beside, the work done by then
-Undo = tuple[int, tuple[Any, ...] | None, Any, Any]
+# what work on the state began from: tick, copies of the arrays of `Stepper._state` (None:
+# `_moving_rows` have them), what the contact noted (None: there is none), what the caller wants
+# back beside, the work done by then (None: nobody asked). A tuple: each step makes one, and what
+# has names costs five times as much
+Undo = tuple[int, tuple[Array, ...] | None, Any, Any, Any]
 # length of a tick [s], steps in it, their length [s], what copies the motion, what keeps what
 # there is of contact (None: there is none), and what makes them
 OneTick = tuple[
@@ -202,22 +204,30 @@ class Stepper:
             return (self.translation, self.rotation)
         return (self.translation, self.rotation, self._method)
 
-    def _snapshot(self) -> tuple[Any, ...]:
-        arrays = (self.translation.copy(), self.rotation.copy())
+    def _snapshot(self) -> tuple[tuple[Array, ...], Any]:
+        """Copy the motion, and what there is of contact."""
+        motion = (self.translation.copy(), self.rotation.copy())
         if self._integrator.remembers is not None:
-            arrays = (*arrays, self._method.copy())
-        return arrays if self.contact is None else (*arrays, self.contact.memory.snapshot())
+            motion = (*motion, self._method.copy())
+        return motion, None if self.contact is None else self.contact.memory.snapshot()
 
-    def _return_to(self, snapshot: tuple[Any, ...]) -> None:
-        for array, values in zip(self._state, snapshot, strict=False):
-            array[:] = values
-        if self.contact is not None:
-            self.contact.memory.return_to(snapshot[-1])
+    def _return_to(self, snapshot: tuple[tuple[Array, ...] | None, Any]) -> None:
+        """Return to what `_snapshot` gave; no motion: to the one in the rows that were kept."""
+        motion, of_contact = snapshot
+        if motion is None:
+            for kept, now in self._moving_rows or ():
+                now[...] = kept
+        else:
+            for array, values in zip(self._state, motion, strict=False):
+                array[:] = values
+        if of_contact is not None:
+            self.contact.memory.return_to(of_contact)
 
     def begin(self, more: Any = None) -> Undo:
         """Note what to return to; from here to `end` the state is nobody's."""
         mark = None if self.work is None else self.work.mark()
-        self.undo = undo = (self.tick, self._snapshot(), more, mark)
+        motion, of_contact = self._snapshot()
+        self.undo = undo = (self.tick, motion, of_contact, more, mark)
         return undo
 
     def _begin_ticks(self) -> Undo:
@@ -233,8 +243,8 @@ class Stepper:
             last = (*self._arguments[:METHOD], argument(sizes), *kept)
             self._keep = prepared(keep_motion, (), last, brief=True)
         self._keep()
-        of_contact = None if self.contact is None else (self.contact.memory.keep(),)
-        self.undo = undo = (self.tick, of_contact, None, None)
+        of_contact = None if self.contact is None else self.contact.memory.keep()
+        self.undo = undo = (self.tick, None, of_contact, None, None)
         return undo
 
     def _rows_that_move(self) -> list[tuple[Array, Array]] | None:
@@ -264,16 +274,10 @@ class Stepper:
         if contact is not None:
             contact.ticks.rest()
         if self.undo is not None:
-            self.tick, arrays, _, mark = self.undo
-            if arrays is None or len(arrays) == 1:
-                for kept, now in self._moving_rows or ():
-                    now[...] = kept
-                if arrays is not None:
-                    self.contact.memory.return_to(arrays[0])
-            else:
-                self._return_to(arrays)
-            if self.work is not None and mark is not None:
-                self.work.return_to(mark)
+            self.tick, motion, of_contact, _more, work = self.undo
+            self._return_to((motion, of_contact))
+            if self.work is not None and work is not None:
+                self.work.return_to(work)
             self.undo = None
 
     def measure_work(self) -> WorkMeter:
@@ -507,12 +511,13 @@ class Stepper:
         returns : ticks done; fewer than asked where a state left the finite numbers, then the
                   state is the last good one
         """
-        if ticks == 1 and self._one_tick is not None:
-            usual, n, step, keep, keep_contact, call = self._one_tick
+        one_tick = self._one_tick
+        if one_tick is not None and ticks == 1:
+            usual, n, step, keep, keep_contact, call = one_tick
             if h == usual:
                 keep()
-                of_contact = None if keep_contact is None else (keep_contact(),)
-                self.undo = before = (self.tick, of_contact, None, None)
+                of_contact = None if keep_contact is None else keep_contact()
+                self.undo = before = (self.tick, None, of_contact, None, None)
                 try:
                     status = call(n, n * tick, step)
                 except (ArithmeticError, ValueError) as error:
@@ -820,7 +825,8 @@ class Stepper:
     @property
     def start(self) -> tuple[Array, Array]:
         """Blocks of translation and rotation at the start of the scene."""
-        return self._start[0], self._start[1]
+        (translation, rotation, *_), _ = self._start
+        return translation, rotation
 
     def reset(self) -> None:
         """Return to the start of the scene."""

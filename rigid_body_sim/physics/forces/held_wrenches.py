@@ -227,7 +227,8 @@ class Slot(NamedTuple):
 
 # how a lone source is written at once: core index, key of its slot, row that is written, by what,
 # (None: it has no slot), from which axes (rows of V^T; None: the world's), first tick on which it
-# no longer acts
+# no longer acts. A tuple, taken apart where it is read, with each command: of what has names that
+# costs three times as much
 AtOnce = tuple[int, tuple[int, str], int, Callable[..., Any] | None, Matrix | None, int]
 # what was written at once: how, and force and torque in the axes that were asked
 Written = tuple[AtOnce, SixFloats]
@@ -353,7 +354,7 @@ class HeldWrenches:
     def _take_written(self) -> None:
         """Put what was written at once into the slots, for who looks at their numbers."""
         for key, (way, (a, b, c, x, y, z)) in self._written.items():
-            *_, axes, until = way
+            _core, _key, _row, _write, axes, until = way
             force, torque = (a, b, c), (x, y, z)
             if axes is not None:
                 force, torque = turned_by(axes, force), turned_by(axes, torque)
@@ -423,7 +424,7 @@ class HeldWrenches:
             way = self._at_once[body, source, frame]
         except (KeyError, TypeError):  # TypeError: an array is no name
             return False
-        core, key, row, write, _, ends = way
+        core, key, row, write, _axes, ends = way
         asked = two_vectors(force, torque)
         if asked is None or until != ends:
             return False
@@ -452,7 +453,7 @@ class HeldWrenches:
                 return
             row, write = self._turning[core], self._writer_of_row(turns=True)
             axes = self._layout.principal_axes_as_rows(core)
-        self._at_once[body, source, frame] = key[0], key, row, write, axes, until
+        self._at_once[body, source, frame] = core, key, row, write, axes, until
 
     def put(
         self, body: str, source: str, *, force: Any, torque: Any, frame: str, until: int
