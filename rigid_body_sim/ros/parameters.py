@@ -10,8 +10,8 @@ exit code 2 before anything moves.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
-from typing import Any
+from dataclasses import dataclass, field, fields
+from typing import Any, TypeVar, cast
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
@@ -47,208 +47,192 @@ class Entry:
     live: bool = False
 
 
-PARAMETERS = (
-    Entry('scene', 'demo', 'path of a scene file, or the name of a shipped scene'),
-    Entry(
-        'dt',
-        0.0,
-        'tick length [s], a whole number of nanoseconds; 0.0: of the scene',
-        (0.0, LARGEST),
-    ),
-    Entry('integrator', '', 'name of the integrator; empty: of the scene'),
-    Entry(
-        'publish_rate',
-        100.0,
-        'states per second of simulation time [Hz], rounded to whole ticks',
-        (1e-9, LARGEST),
-    ),
-    Entry(
-        'real_time_factor',
-        1.0,
-        'seconds of simulation time per second of wall time, at least 1e-09; 0.0: as fast as '
-        'possible',
-        (0.0, LARGEST),
-        live=True,
-    ),
-    Entry('start_paused', False, 'start without moving; ~/step and ~/pause go on'),
-    Entry(
-        'step_mode',
-        'free',
-        'free: time runs by itself; lockstep: it waits for the commands that answer its states',
-        choices=('free', 'lockstep'),
-    ),
-    Entry(
-        'lockstep_topics',
-        (),
-        'command topics that answer each state, such as satellite/torque, in the order in which '
-        'the answers are applied; one that answers in several frames once for each, such as '
-        'drone/wrench@front_left; for step_mode lockstep',
-    ),
-    Entry(
-        'lockstep_stamps',
-        True,
-        'an answer bears the stamp of its state; false: the first command that comes after the '
-        'state was published is the answer, whatever its stamp',
-    ),
-    Entry(
-        'lockstep_period',
-        0.0,
-        'simulation time between two states that are answered [s], a whole number of publishing '
-        'periods; 0.0: one',
-        (0.0, LARGEST),
-    ),
-    Entry(
-        'lockstep_timeout',
-        10.0,
-        'how long answers may take [s of wall time] before the node counts as paused and names '
-        'what is missing; it goes on when the answers come; at least 1e-09; 0.0: for ever',
-        (0.0, LARGEST),
-    ),
-    Entry('step_count', 1, 'ticks per call of ~/step', (1, 2**31 - 1), live=True),
-    Entry(
-        'command_timeout',
-        0.2,
-        'how long a held command lasts [s of simulation time], at least 1e-09; 0.0: until '
-        'changed; not to be changed while recording',
-        (0.0, LARGEST),
-        live=True,
-    ),
-    Entry(
-        'stop_time',
-        0.0,
-        'simulation time at which the node ends [s]; 0.0: never',
-        (0.0, LARGEST),
-        live=True,
-    ),
-    Entry('record', False, 'record from the start'),
-    Entry(
-        'record_path',
-        '',
-        'bag to write; empty: rigid_body_sim_<date>_<time> in the current folder',
-    ),
-    Entry('world_frame', 'world', 'name of the world axes in frame_id'),
-    Entry(
-        'error_estimate',
-        False,
-        'let two finer runs go along and tell on /diagnostics how wrong the run is; six times the '
-        'cost, on stiff scenes more',
-    ),
-    Entry('publish_clock', True, 'publish simulation time on /clock'),
-    Entry(
-        'publish_contacts',
-        False,
-        'publish (and record) where bodies touch and with what force, on <body>/contacts; for '
-        'scenes with contact',
-    ),
-    Entry(
-        'publish_contact_wrenches',
-        False,
-        'publish (and record) <body>/contact_wrench: force and torque of all contacts of a body '
-        'about its centre of mass, world axes, mean over the last tick; for scenes with contact',
-    ),
-    Entry(
-        'publish_odometry',
-        False,
-        'publish (and record) <body>/odom: pose in the world frame, twist in the axes of the body',
-    ),
-    Entry(
-        'publish_tf',
-        False,
-        'publish (and record) /tf: world frame to each body and its named frames',
-    ),
-    Entry(
-        'publish_markers',
-        False,
-        'publish (and record) ~/markers: shapes as they collide, named frames, arrows of commands '
-        'and contact forces; every message is whole',
-    ),
-    Entry(
-        'publish_arrays',
-        False,
-        'publish (and record) poses and twists: all bodies in one message each',
-    ),
-    Entry(
-        'marker_rate',
-        MARKER_RATE,
-        'messages of ~/markers per second of simulation time [Hz], rounded to published states',
-        (1e-9, LARGEST),
-    ),
-    Entry(
-        'arrow_scale',
-        0.0,
-        'length of the arrows of ~/markers [m/N]; 0.0: chosen from the scene',
-        (0.0, LARGEST),
-    ),
-    Entry(
-        'frame_prefix',
-        '',
-        'put before the names of frames of bodies (not the world frame), such as lab/; commands '
-        'may leave it out',
-    ),
-    Entry(
-        'body_topics',
-        EVERY_BODY,
-        'bodies that have topics of their own, for states and commands: names or patterns (* and '
-        '?) separated by commas; none: no body, for crowds with publish_arrays',
-    ),
-    Entry(
-        'diagnostics_period',
-        1.0,
-        'time between two messages on /diagnostics [s of wall time]',
-        (0.05, LARGEST),
-    ),
-    Entry(
-        'state_depth',
-        0,
-        'states that a topic keeps for a subscriber that lags [messages]; 0: 1000, in scenes with '
-        'over 300 topics 300000 in all',
-        (0, 1_000_000),
-    ),
-    Entry(
-        'command_reliability',
-        'reliable',
-        'asked of the publishers of commands; best_effort takes every publisher, and may lose',
-        choices=('reliable', 'best_effort'),
-    ),
-)
+T = TypeVar('T')
+
+
+def parameter(
+    default: T,
+    description: str,
+    range: tuple[float, float] | None = None,
+    *,
+    choices: tuple[str, ...] = (),
+    live: bool = False,
+) -> T:
+    """Describe a parameter as `Entry` does, for a field of `Settings` of the type of `default`."""
+    said = {
+        'default': default, 'description': description, 'range': range, 'choices': choices,
+        'live': live,
+    }  # fmt: skip
+    return cast('T', field(metadata=said))  # it has no default: each value is read from the node
 
 
 @dataclass(frozen=True)
 class Settings:
     """What the node was given: the parameters by name, after the checks."""
 
-    scene: str
-    dt: float
-    integrator: str
-    publish_rate: float
-    real_time_factor: float
-    start_paused: bool
-    step_mode: str
-    lockstep_topics: tuple[str, ...]
-    lockstep_stamps: bool
-    lockstep_period: float
-    lockstep_timeout: float
-    step_count: int
-    command_timeout: float
-    stop_time: float
-    record: bool
-    record_path: str
-    world_frame: str
-    error_estimate: bool
-    publish_clock: bool
-    publish_contacts: bool
-    publish_contact_wrenches: bool
-    publish_odometry: bool
-    publish_tf: bool
-    publish_markers: bool
-    publish_arrays: bool
-    marker_rate: float
-    arrow_scale: float
-    frame_prefix: str
-    body_topics: str
-    diagnostics_period: float
-    state_depth: int
-    command_reliability: str
+    scene: str = parameter(
+        'demo',
+        'path of a scene file, or the name of a shipped scene',
+    )
+    dt: float = parameter(
+        0.0,
+        'tick length [s], a whole number of nanoseconds; 0.0: of the scene',
+        (0.0, LARGEST),
+    )
+    integrator: str = parameter(
+        '',
+        'name of the integrator; empty: of the scene',
+    )
+    publish_rate: float = parameter(
+        100.0,
+        'states per second of simulation time [Hz], rounded to whole ticks',
+        (1e-9, LARGEST),
+    )
+    real_time_factor: float = parameter(
+        1.0,
+        'seconds of simulation time per second of wall time, at least 1e-09; 0.0: as fast as '
+        'possible',
+        (0.0, LARGEST),
+        live=True,
+    )
+    start_paused: bool = parameter(
+        False,
+        'start without moving; ~/step and ~/pause go on',
+    )
+    step_mode: str = parameter(
+        'free',
+        'free: time runs by itself; lockstep: it waits for the commands that answer its states',
+        choices=('free', 'lockstep'),
+    )
+    lockstep_topics: tuple[str, ...] = parameter(
+        (),
+        'command topics that answer each state, such as satellite/torque, in the order in which '
+        'the answers are applied; one that answers in several frames once for each, such as '
+        'drone/wrench@front_left; for step_mode lockstep',
+    )
+    lockstep_stamps: bool = parameter(
+        True,
+        'an answer bears the stamp of its state; false: the first command that comes after the '
+        'state was published is the answer, whatever its stamp',
+    )
+    lockstep_period: float = parameter(
+        0.0,
+        'simulation time between two states that are answered [s], a whole number of publishing '
+        'periods; 0.0: one',
+        (0.0, LARGEST),
+    )
+    lockstep_timeout: float = parameter(
+        10.0,
+        'how long answers may take [s of wall time] before the node counts as paused and names '
+        'what is missing; it goes on when the answers come; at least 1e-09; 0.0: for ever',
+        (0.0, LARGEST),
+    )
+    step_count: int = parameter(
+        1,
+        'ticks per call of ~/step',
+        (1, 2**31 - 1),
+        live=True,
+    )
+    command_timeout: float = parameter(
+        0.2,
+        'how long a held command lasts [s of simulation time], at least 1e-09; 0.0: until '
+        'changed; not to be changed while recording',
+        (0.0, LARGEST),
+        live=True,
+    )
+    stop_time: float = parameter(
+        0.0,
+        'simulation time at which the node ends [s]; 0.0: never',
+        (0.0, LARGEST),
+        live=True,
+    )
+    record: bool = parameter(
+        False,
+        'record from the start',
+    )
+    record_path: str = parameter(
+        '',
+        'bag to write; empty: rigid_body_sim_<date>_<time> in the current folder',
+    )
+    world_frame: str = parameter(
+        'world',
+        'name of the world axes in frame_id',
+    )
+    error_estimate: bool = parameter(
+        False,
+        'let two finer runs go along and tell on /diagnostics how wrong the run is; six times the '
+        'cost, on stiff scenes more',
+    )
+    publish_clock: bool = parameter(
+        True,
+        'publish simulation time on /clock',
+    )
+    publish_contacts: bool = parameter(
+        False,
+        'publish (and record) where bodies touch and with what force, on <body>/contacts; for '
+        'scenes with contact',
+    )
+    publish_contact_wrenches: bool = parameter(
+        False,
+        'publish (and record) <body>/contact_wrench: force and torque of all contacts of a body '
+        'about its centre of mass, world axes, mean over the last tick; for scenes with contact',
+    )
+    publish_odometry: bool = parameter(
+        False,
+        'publish (and record) <body>/odom: pose in the world frame, twist in the axes of the body',
+    )
+    publish_tf: bool = parameter(
+        False,
+        'publish (and record) /tf: world frame to each body and its named frames',
+    )
+    publish_markers: bool = parameter(
+        False,
+        'publish (and record) ~/markers: shapes as they collide, named frames, arrows of commands '
+        'and contact forces; every message is whole',
+    )
+    publish_arrays: bool = parameter(
+        False,
+        'publish (and record) poses and twists: all bodies in one message each',
+    )
+    marker_rate: float = parameter(
+        MARKER_RATE,
+        'messages of ~/markers per second of simulation time [Hz], rounded to published states',
+        (1e-9, LARGEST),
+    )
+    arrow_scale: float = parameter(
+        0.0,
+        'length of the arrows of ~/markers [m/N]; 0.0: chosen from the scene',
+        (0.0, LARGEST),
+    )
+    frame_prefix: str = parameter(
+        '',
+        'put before the names of frames of bodies (not the world frame), such as lab/; commands '
+        'may leave it out',
+    )
+    body_topics: str = parameter(
+        EVERY_BODY,
+        'bodies that have topics of their own, for states and commands: names or patterns (* and '
+        '?) separated by commas; none: no body, for crowds with publish_arrays',
+    )
+    diagnostics_period: float = parameter(
+        1.0,
+        'time between two messages on /diagnostics [s of wall time]',
+        (0.05, LARGEST),
+    )
+    state_depth: int = parameter(
+        0,
+        'states that a topic keeps for a subscriber that lags [messages]; 0: 1000, in scenes with '
+        'over 300 topics 300000 in all',
+        (0, 1_000_000),
+    )
+    command_reliability: str = parameter(
+        'reliable',
+        'asked of the publishers of commands; best_effort takes every publisher, and may lose',
+        choices=('reliable', 'best_effort'),
+    )
+
+
+PARAMETERS = tuple(Entry(one.name, **one.metadata) for one in fields(Settings))
 
 
 def declare(node: Node) -> Settings:
