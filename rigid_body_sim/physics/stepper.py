@@ -89,12 +89,8 @@ CHUNK_IN_CONTACT = 20_000
 # back beside, the work done by then (None: nobody asked). A tuple: each step makes one, and what
 # has names costs five times as much
 Undo = tuple[int, tuple[Array, ...] | None, Any, Any, Any]
-# length of a tick [s], steps in it, their length [s], what copies the motion, what keeps what
-# there is of contact (None: there is none), and what makes them
-OneTick = tuple[
-    float, int, float, Callable[[], Any], Callable[[], Any] | None,
-    Callable[[int, float, float], Any],
-]  # fmt: skip
+# length of a tick [s], steps in it, their length [s], what copies the motion, and what makes them
+OneTick = tuple[float, int, float, Callable[[], Any], Callable[[int, float, float], Any]]
 
 
 class Stepper:
@@ -513,10 +509,10 @@ class Stepper:
         """
         one_tick = self._one_tick
         if one_tick is not None and ticks == 1:
-            usual, n, step, keep, keep_contact, call = one_tick
+            usual, n, step, keep, call = one_tick
             if h == usual:
                 keep()
-                of_contact = None if keep_contact is None else keep_contact()
+                of_contact = None if self.contact is None else self.contact.memory.keep()
                 self.undo = before = (self.tick, None, of_contact, None, None)
                 try:
                     status = call(n, n * tick, step)
@@ -584,8 +580,7 @@ class Stepper:
         if self.contact is None and self._elements.do_nothing and self._layout.n_moving <= BRIEF:
             kernel, arguments = self._called
             call = prepared(kernel, (n, n * tick, h / n), arguments, brief=True)
-        keep_contact = None if self.contact is None else self.contact.memory.keep
-        self._one_tick = h, n, h / n, self._keep, keep_contact, call
+        self._one_tick = h, n, h / n, self._keep, call
 
     def _advance_in_pieces(
         self, kernel: Callable[..., Any], tick: float, cuts: list[float], h: float
