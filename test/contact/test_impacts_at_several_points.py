@@ -128,6 +128,22 @@ def test_no_cluster_of_impacts_gains_energy_or_leaves_its_cones():
             assert across <= point[6] * along + 1e-12 * (1 + along)
 
 
+@pytest.mark.parametrize('of_wall', [1.0, 1.5])
+def test_friction_that_compression_has_taken_does_not_hold_in_the_restitution(of_wall):
+    """
+    A ball with backspin: the wall presses it to the ground, which rubs on what is left. When both
+    let go, what they rub changes by mu times what presses then: else the ball was left at rest.
+    """
+    radius, speed, e = 0.1, 2.58, 0.9
+    inverse = 2.5 / radius**2
+    ball = (1.0, (inverse, 0, 0, inverse, 0, inverse), (speed, 0, 0), (0, -4.86 / radius, 0))
+    wall = (GROUND, 0, (0, 0, 0), (radius, 0, 0), (-1, 0, 0), e, of_wall)
+    ground = (GROUND, 0, (0, 0, 0), (0, 0, -radius), UP, 0.0, 0.5)
+    (twist,), _, settled = meet([ball], [wall, ground])
+    assert settled
+    assert twist[0] < -0.7 * speed
+
+
 def test_elastic_smooth_clusters_keep_their_energy():
     rng = np.random.default_rng(5)
     count = 0

@@ -88,7 +88,7 @@ def test_what_stands_at_the_start_stands_the_same_after_a_reset_and_where_its_st
             for _ in range(ticks):
                 one.step()
             assert one.state_bytes() == end and one.deepest_gap() == depth
-            assert one.scene_time == fresh.time
+            assert one.scene_time == fresh.scene_time
 
 
 def test_what_was_under_way_goes_on_as_it_was_from_tick_0_too():

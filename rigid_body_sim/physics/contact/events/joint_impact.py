@@ -7,7 +7,8 @@ contacts that carry the struck.
     compression: v_n >= 0, p_n >= 0, v_n p_n = 0 at every point; friction in its disc mu p_n,
                  against the slip that is left
     restitution: e p_n more at the points that strike (Poisson's rule), while contacts that carry
-                 load hold v_n >= 0 as in the compression
+                 load hold v_n >= 0 as in the compression; friction changes by what is in the disc
+                 of the normal impulses of this phase
 
 So a ball leaves a box that rests on the ground, or a whole stack, with e v, and a box that falls
 flat on four corners does not spin. The points push and rub one after the other, forwards and
@@ -145,6 +146,8 @@ def _prepare(impact: JointImpact) -> None:
         points[place + record.START] = dot(normal, _relative_velocity(place, impact))
         points[place + record.NORMAL_IMPULSE] = 0.0
         store(points, place + record.FRICTION_IMPULSE, NO_VECTOR)
+        points[place + record.COMPRESSION] = 0.0
+        store(points, place + record.COMPRESSION_IMPULSE, NO_VECTOR)
 
 
 @kernel
@@ -178,17 +181,23 @@ def _press_together(impact: JointImpact) -> None:
 
 @inline
 def _rub(place: int, impact: JointImpact) -> float:
-    """Bring friction at a point up to date, in its disc; return by how much it changed [N s]."""
+    """
+    Bring friction at a point up to date, in its disc: of what this phase has given; return by how
+    much it changed [N s].
+    """
     points = impact.points
     normal = load(points, place + record.NORMAL)
     velocity = _relative_velocity(place, impact)
     slip = add_scaled(velocity, -dot(normal, velocity), normal)
     old = load(points, place + record.FRICTION_IMPULSE)
     new = add_scaled(old, -points[place + record.TANGENT_MASS], slip)
-    most = points[place + record.FRICTION] * points[place + record.NORMAL_IMPULSE]
-    size = math.sqrt(dot(new, new))
+    compression = points[place + record.COMPRESSION]
+    most = points[place + record.FRICTION] * (points[place + record.NORMAL_IMPULSE] - compression)
+    begun = add_scaled(load(points, place + record.COMPRESSION_IMPULSE), -compression, normal)
+    given = subtract(new, begun)
+    size = math.sqrt(dot(given, given))
     if size > most:
-        new = scale(most / size, new)
+        new = add_scaled(begun, most / size, given)
     store(points, place + record.FRICTION_IMPULSE, new)
     change = subtract(new, old)
     _act(place, change, impact)
