@@ -1,12 +1,13 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-The tables of `docs/node.md`, from the code: topics, services and parameters of the node.
+The tables of `docs/node.md`, from the code: topics, services and parameters of the node; and that
+of `docs/viewers.md`, the views.
 
-    python tools/node_reference.py           writes them into the page, below its last heading
-    python tools/node_reference.py --check   exit code 1 where the page is not what the code says
+    python tools/node_reference.py           writes them into the pages
+    python tools/node_reference.py --check   exit code 1 where a page is not what the code says
 
-A topic of which MEANINGS says nothing is an error, so that nothing new stays without a word.
+A topic of which neither a view nor the tables below say a word is an error.
 """
 
 from __future__ import annotations
@@ -17,7 +18,9 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / 'docs' / 'node.md'
+VIEWERS = ROOT / 'docs' / 'viewers.md'
 HEADING = '## Reference\n'
+VIEWS_HEAD = '| topic | type | node | `simulate` |\n|---|---|---|---|\n'
 BODY = 'body'
 SCENE = {
     'version': 1,
@@ -36,20 +39,14 @@ COMMANDS = {
     'impulse': 'applied once [N s, N m s], whatever the tick',
     'set_state': 'pose and twist of the centre of mass from the next tick on',
 }
-MEANINGS = {
+OF_STATES = {
     '<body>/pose': 'pose of the centre of mass in the world frame',
     '<body>/twist': 'velocity of the centre of mass and angular velocity, world axes',
     '<body>/applied_wrench': 'what commands exerted over the last tick, stamped with its start',
     '<body>/contacts': 'where the body touches others, and the force of each contact; '
     '`publish_contacts`',
-    '<body>/contact_wrench': 'force and torque of all contacts of the body about its centre '
-    'of mass, world axes, mean over the last tick; `publish_contact_wrenches`',
-    '<body>/odom': 'pose in the world frame, twist in the axes of the body; `publish_odometry`',
-    'poses': 'every body in scene order; `publish_arrays`',
-    'twists': 'every body in scene order, with names; `publish_arrays`',
-    '/tf': 'world frame to each body, body to each of its frames; `publish_tf`',
-    '~/markers': 'shapes as they collide, frames, arrows of commands and of contact forces; '
-    '`publish_markers`',
+}
+OTHERS = {  # behind those of the views
     '~/impacts': 'impacts at their instants since the last published states, with the next ones, '
     'at a reset or at the end; in scenes with '
     '`contact: {mode: event}`; fields: [Impacts at their instants](event_contact.md)',
@@ -69,24 +66,28 @@ def topics() -> Iterator[tuple[str, str, str]]:
     """Give name, type and meaning of what is published, with everything switched on."""
     from rigid_body_sim import Simulation, load_scene
     from rigid_body_sim.runs.run import Run, RunSettings
-    from rigid_body_sim.runs.viewing import ViewSettings
+    from rigid_body_sim.runs.view import ViewSettings
+    from rigid_body_sim.runs.views import VIEWS
 
-    shown = ViewSettings(
-        odometry=True, transforms=True, markers=True, arrays=True, contact_wrenches=True
-    )
     run = Run(
         Simulation(load_scene(SCENE)),
-        RunSettings(publish_contacts=True, view=shown),
+        RunSettings(publish_contacts=True, view=ViewSettings(frozenset(VIEWS))),
     )
+    meanings = {
+        topic: f'{meaning}; `{view.parameter}`'
+        for view in VIEWS.values()
+        for topic, meaning in view.topics.items()
+    }
+    meanings = OF_STATES | meanings | OTHERS
     seen = {}
     for topic in run.topics:
         if '/floor/' not in topic.name:
             seen[_shown(topic.name)] = topic.type
     seen['/diagnostics'] = 'diagnostic_msgs/msg/DiagnosticArray'
-    for name in [*MEANINGS, *seen]:
-        if (name in seen) != (name in MEANINGS):
+    for name in [*meanings, *seen]:
+        if (name in seen) != (name in meanings):
             raise SystemExit(f'{name}: published and described are not the same')
-    for name, meaning in MEANINGS.items():
+    for name, meaning in meanings.items():
         yield name, seen[name], meaning
 
 
@@ -130,16 +131,35 @@ def reference() -> Iterator[str]:
         )
 
 
+def views() -> Iterator[str]:
+    """Give the rows of the views."""
+    from rigid_body_sim.runs.views import VIEWS
+
+    kinds = {name: kind.replace('/msg/', '/') for name, kind, _ in topics()}
+    for view in VIEWS.values():
+        names = ', '.join(f'`{name}`' for name in view.topics)
+        types = ', '.join(dict.fromkeys(kinds[name] for name in view.topics))
+        yield f'| {names} | {types} | `{view.parameter}` | `{view.option}` |\n'
+
+
 def page() -> str:
-    """Give the page as it should be."""
+    """Give the page of the node as it should be, with its tables below its last heading."""
     text = PAGE.read_text(encoding='utf-8')
     head = text[: text.index(HEADING) + len(HEADING)]
     return head + ''.join(reference())
 
 
+def page_of_views() -> str:
+    """Give the page of the views as it should be, with its first table."""
+    text = VIEWERS.read_text(encoding='utf-8')
+    head, _, rest = text.partition(VIEWS_HEAD)
+    return head + VIEWS_HEAD + ''.join(views()) + rest[rest.index('\n\n') + 1 :]
+
+
 if __name__ == '__main__':
     sys.path.insert(0, str(ROOT))
-    wanted = page()
+    wanted = {PAGE: page(), VIEWERS: page_of_views()}
     if '--check' in sys.argv:
-        sys.exit(wanted != PAGE.read_text(encoding='utf-8'))
-    PAGE.write_text(wanted, encoding='utf-8')
+        sys.exit(any(path.read_text(encoding='utf-8') != text for path, text in wanted.items()))
+    for path, text in wanted.items():
+        path.write_text(text, encoding='utf-8')

@@ -131,17 +131,8 @@ class Vector3Stamped:
     vector: Vector
 
 
-Message = (
-    Clock
-    | PoseStamped
-    | TwistStamped
-    | AccelStamped
-    | WrenchStamped
-    | Vector3Stamped
-    | PointCloud2
-    | Odometry
-    | Described
-)
+Stamped = PoseStamped | TwistStamped | AccelStamped | WrenchStamped | Vector3Stamped
+Message = Clock | Stamped | PointCloud2 | Odometry | Described
 
 POSE_ARRAY = 'geometry_msgs/msg/PoseArray'
 TWIST_ARRAY = 'sensor_msgs/msg/MultiDOFJointState'  # the standard type with names and twists

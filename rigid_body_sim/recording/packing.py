@@ -215,10 +215,11 @@ class StatePacker:
         )
 
 
-class WrenchPacker:
+class BodyPacker:
     """
-    One wrench of each body at a published tick, stamped as its states.
+    One message of each body at a published tick, stamped as its states.
 
+    kind   : its type: header and one or two parts of doubles
     topics : in the order of the bodies; the channel id of topics[i] is first_channel_id + i
     """
 
@@ -227,15 +228,14 @@ class WrenchPacker:
         bodies: Sequence[str],
         *,
         leaf: str,
+        kind: type[cdr.Stamped],
         namespace: str,
         frame_id: str,
         first_channel_id: int,
     ) -> None:
-        self.topics = tuple(
-            body_topic(namespace, body, leaf, cdr.WrenchStamped.TYPE) for body in bodies
-        )
+        self.topics = tuple(body_topic(namespace, body, leaf, kind.TYPE) for body in bodies)
         tail = cdr.header_tail(frame_id)
-        record = _record_dtype(tail, (3, 3))
+        record = _record_dtype(tail, [width for _, width in kind.PARTS])
         channels = range(first_channel_id, first_channel_id + len(bodies))
         self._block = bytearray(
             b''.join(_constant_parts(channel, record, tail) for channel in channels)
@@ -250,11 +250,14 @@ class WrenchPacker:
         )
         self._stamp = _StampCell()
 
-    def pack(self, sequence: int, time_ns: int, force: Array, torque: Array) -> Batch:
-        """Pack the message of every body; force, torque : (n, 3) [N], [N m]."""
+    def pack(
+        self, sequence: int, time_ns: int, first: Array, second: Array | None = None
+    ) -> Batch:
+        """Pack the message of every body; a row of each part for each of them."""
         self._records['stamp'] = self._stamp.set(sequence, time_ns)
-        self._records['first'] = force
-        self._records['second'] = torque
+        self._records['first'] = first
+        if second is not None:
+            self._records['second'] = second
         return Batch(self._layout, bytes(self._block), (time_ns,), None)
 
 
@@ -308,11 +311,11 @@ def _record_dtype(tail: bytes, widths: Sequence[int]) -> np.dtype[np.void]:
     Return the dtype of one message record with its changing parts alone.
 
     tail   : bytes of the payload between the stamp and the doubles
-    widths : numbers of doubles in the message's two parts; none for a clock
+    widths : numbers of doubles in the message's one or two parts; none for a clock
     """
     parts = [('<f8', (width,)) for width in widths]
     start = _STAMP_OFFSET + _STAMP.size + len(tail)
-    offsets = [_STAMP_OFFSET, start, start + 8 * widths[0]] if widths else [_STAMP_OFFSET]
+    offsets = [_STAMP_OFFSET, *(start + 8 * sum(widths[:part]) for part in range(len(widths)))]
     return np.dtype(
         {
             'names': ['stamp', 'first', 'second'][: 1 + len(parts)],

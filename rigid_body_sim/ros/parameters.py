@@ -9,7 +9,7 @@ exit code 2 before anything moves.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any, TypeVar, cast
 
@@ -21,7 +21,9 @@ from rclpy.parameter import Parameter
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.errors import nearest
 from rigid_body_sim.runs.timeouts import timeout_problem
-from rigid_body_sim.runs.viewing import EVERY_BODY, MARKER_RATE
+from rigid_body_sim.runs.view import EVERY_BODY
+from rigid_body_sim.runs.viewing import MARKER_RATE
+from rigid_body_sim.runs.views import VIEWS
 
 LARGEST = 1e9  # upper end of ranges that have no natural one
 LEAST_FACTOR = 1e-9  # real-time factor; with less a tick would not come in years, or never
@@ -68,7 +70,11 @@ def parameter(
 
 @dataclass(frozen=True)
 class Settings:
-    """What the node was given: the parameters by name, after the checks."""
+    """
+    What the node was given: the parameters by name, after the checks.
+
+    views : names of those whose parameter is true
+    """
 
     scene: str = parameter(
         'demo',
@@ -172,28 +178,7 @@ class Settings:
         'publish (and record) where bodies touch and with what force, on <body>/contacts; for '
         'scenes with contact',
     )
-    publish_contact_wrenches: bool = parameter(
-        False,
-        'publish (and record) <body>/contact_wrench: force and torque of all contacts of a body '
-        'about its centre of mass, world axes, mean over the last tick; for scenes with contact',
-    )
-    publish_odometry: bool = parameter(
-        False,
-        'publish (and record) <body>/odom: pose in the world frame, twist in the axes of the body',
-    )
-    publish_tf: bool = parameter(
-        False,
-        'publish (and record) /tf: world frame to each body and its named frames',
-    )
-    publish_markers: bool = parameter(
-        False,
-        'publish (and record) ~/markers: shapes as they collide, named frames, arrows of commands '
-        'and contact forces; every message is whole',
-    )
-    publish_arrays: bool = parameter(
-        False,
-        'publish (and record) poses and twists: all bodies in one message each',
-    )
+    views: frozenset[str]
     marker_rate: float = parameter(
         MARKER_RATE,
         'messages of ~/markers per second of simulation time [Hz], rounded to published states',
@@ -232,7 +217,17 @@ class Settings:
     )
 
 
-PARAMETERS = tuple(Entry(one.name, **one.metadata) for one in fields(Settings))
+def _entries() -> Iterator[Entry]:
+    """Give the parameters in the order of their settings; each view has one of its own."""
+    for one in fields(Settings):
+        if one.name != 'views':
+            yield Entry(one.name, **one.metadata)
+            continue
+        for view in VIEWS.values():
+            yield Entry(view.parameter, False, f'publish (and record) {view.description}')
+
+
+PARAMETERS = tuple(_entries())
 
 
 def declare(node: Node) -> Settings:
@@ -242,7 +237,9 @@ def declare(node: Node) -> Settings:
             'parameter use_sim_time: got true; this node makes the simulation time on /clock and '
             'must not wait for it; leave use_sim_time out'
         )
-    settings = Settings(**{entry.name: _declare(node, entry) for entry in PARAMETERS})
+    given = {entry.name: _declare(node, entry) for entry in PARAMETERS}
+    views = frozenset(name for name, view in VIEWS.items() if given.pop(view.parameter))
+    settings = Settings(views=views, **given)
     _judge_lockstep(settings)
     for name in ('real_time_factor', 'command_timeout', 'lockstep_timeout'):
         problem = problem_of(name, getattr(settings, name))
@@ -363,7 +360,7 @@ def _descriptor(entry: Entry) -> ParameterDescriptor:
 
 def strangers(given: Sequence[str]) -> list[str]:
     """One warning for each given parameter that the node does not have."""
-    known = [field.name for field in fields(Settings)]
+    known = [entry.name for entry in PARAMETERS]
     warnings = []
     for name in given:
         if name in known or name.partition('.')[0] in _BUILT_IN:

@@ -49,7 +49,8 @@ from rigid_body_sim.runs.run import (
     rate_note,
 )
 from rigid_body_sim.runs.simulation_of_scene import simulation_of
-from rigid_body_sim.runs.viewing import ViewSettings, check_view, marker_every
+from rigid_body_sim.runs.view import ViewSettings
+from rigid_body_sim.runs.viewing import check_view, marker_every
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.scene.shipped_scenes import find_scene
 from rigid_body_sim.stop_signals import STOP
@@ -267,11 +268,7 @@ def _make_run(node: SimNode) -> Run:
 def _view_settings(node: SimNode) -> ViewSettings:
     settings = node.settings
     return ViewSettings(
-        odometry=settings.publish_odometry,
-        transforms=settings.publish_tf,
-        markers=settings.publish_markers,
-        arrays=settings.publish_arrays,
-        contact_wrenches=settings.publish_contact_wrenches,
+        settings.views,
         arrow_scale=settings.arrow_scale,
         frame_prefix=settings.frame_prefix,
         node_name=node.get_name(),

@@ -14,7 +14,8 @@ from rigid_body_sim.physics.forces.held_wrenches import FOREVER, Slot, is_source
 from rigid_body_sim.physics.state.impacts import KINDS, NO_IMPACTS, Impacts
 from rigid_body_sim.recording.marker_packing import Shown
 from rigid_body_sim.recording.record_values import RecordValues
-from rigid_body_sim.runs.viewing import ViewSettings, shown_of
+from rigid_body_sim.runs.view import ViewSettings
+from rigid_body_sim.runs.viewing import shown_of, view_settings_of
 
 IMPACTS_AT_START = 'impacts_at_start'  # key; bags without it end with their last published tick
 MOST_TICKS = 2**32 - 1  # a sequence number has 32 bits
@@ -49,7 +50,7 @@ class ManifestValues(RecordValues):
         """Return what was published beside the states; nothing in old recordings."""
         value = self.mapping(key, '{}')
         try:
-            return ViewSettings.of(value)
+            return view_settings_of(value)
         except ValueError as error:
             raise self.refusal(key, value, f'settings of a view; not {error}') from error
 

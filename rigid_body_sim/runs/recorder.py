@@ -31,7 +31,7 @@ from rigid_body_sim.runs import choices
 from rigid_body_sim.runs.commands import KINDS
 from rigid_body_sim.runs.manifest_values import IMPACTS_AT_START, impacts_text
 from rigid_body_sim.runs.run import Run, TickOutput
-from rigid_body_sim.runs.viewing import shown_text
+from rigid_body_sim.runs.viewing import shown_text, view_text
 from rigid_body_sim.stop_signals import STOP, Stopped
 
 SCENE_FILE = 'scene.yaml'
@@ -114,7 +114,7 @@ class RunRecorder:
             'publish_contacts': json.dumps(settings.publish_contacts),
             'publish_start': json.dumps(settings.publish_start),
             'touching_at_start': json.dumps(_touching(run)),
-            'view': settings.view.as_text(),
+            'view': view_text(settings.view),
             'shown_at_start': shown_text(run.viewing.shown),
             IMPACTS_AT_START: impacts_text(run.untold_impacts),
             'namespace': settings.namespace,

@@ -56,7 +56,8 @@ from rigid_body_sim.runs.energy_log import EnergyLog
 from rigid_body_sim.runs.error_estimate import ErrorEstimate, ReferenceRun
 from rigid_body_sim.runs.manifest_values import MOST_NS, MOST_TICKS
 from rigid_body_sim.runs.pace import Pace
-from rigid_body_sim.runs.viewing import Viewing, ViewSettings, bodies_with_topics
+from rigid_body_sim.runs.view import ViewSettings
+from rigid_body_sim.runs.viewing import Viewing, bodies_with_topics
 
 if TYPE_CHECKING:
     from rigid_body_sim.physics.state.contacts import Contacts

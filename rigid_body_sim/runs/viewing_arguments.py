@@ -8,14 +8,14 @@ import argparse
 
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.model.scene import Scene
+from rigid_body_sim.runs.view import EVERY_BODY, ViewSettings
 from rigid_body_sim.runs.viewing import (
-    EVERY_BODY,
     LARGEST_SCALE,
     MARKER_RATE,
-    ViewSettings,
     check_view,
     marker_every,
 )
+from rigid_body_sim.runs.views import VIEWS
 
 LEAST_RATE, MOST_RATE = 1e-9, 1e9  # [Hz]
 
@@ -23,27 +23,8 @@ LEAST_RATE, MOST_RATE = 1e-9, 1e9  # [Hz]
 def add(parser: argparse.ArgumentParser) -> None:
     """Declare the options; what is not asked for is not recorded."""
     group = parser.add_argument_group('what viewers and controllers ask for, as the node has it')
-    group.add_argument(
-        '--odometry', action='store_true', help='record <body>/odom: twist in the axes of the body'
-    )
-    group.add_argument(
-        '--tf', action='store_true', help='record /tf: the frames of the bodies in the world'
-    )
-    group.add_argument(
-        '--markers',
-        action='store_true',
-        help='record markers: shapes as they collide, named frames, arrows of commands and '
-        'contact forces',
-    )
-    group.add_argument(
-        '--arrays', action='store_true', help='record poses and twists: all bodies in a message'
-    )
-    group.add_argument(
-        '--contact-wrenches',
-        action='store_true',
-        help='record <body>/contact_wrench: force and torque of all contacts of a body about its '
-        'centre of mass, world axes, mean over the last tick',
-    )
+    for view in VIEWS.values():
+        group.add_argument(view.option, action='store_true', help=f'record {view.description}')
     group.add_argument(
         '--marker-rate',
         type=float,
@@ -83,11 +64,7 @@ def settings_of(arguments: argparse.Namespace, *, publish_every: int, dt_ns: int
             f'--arrow-scale {scale:g} m/N; allowed: 0 (of the scene) to {LARGEST_SCALE:g}'
         )
     return ViewSettings(
-        odometry=arguments.odometry,
-        transforms=arguments.tf,
-        markers=arguments.markers,
-        arrays=arguments.arrays,
-        contact_wrenches=arguments.contact_wrenches,
+        frozenset(name for name, view in VIEWS.items() if getattr(arguments, view.word)),
         marker_every=marker_every(rate, publish_every, dt_ns),
         arrow_scale=scale,
         frame_prefix=arguments.frame_prefix,

@@ -15,7 +15,7 @@ from rigid_body_sim.ros.run_loop import Visit
 from rigid_body_sim.ros.standard.messages import EntityMotion, MotionAsked
 from rigid_body_sim.ros.standard.services import _put
 from rigid_body_sim.runs.run import Run, RunSettings
-from rigid_body_sim.runs.viewing import ViewSettings
+from rigid_body_sim.runs.view import ViewSettings
 
 SCENE = {
     'dt': 0.01,

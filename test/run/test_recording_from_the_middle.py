@@ -21,7 +21,7 @@ from rigid_body_sim.runs.recorder import RunRecorder
 from rigid_body_sim.runs.replay import compare
 from rigid_body_sim.runs.run import Run, RunSettings
 from rigid_body_sim.runs.simulation_of_scene import simulation_of
-from rigid_body_sim.runs.viewing import ViewSettings
+from rigid_body_sim.runs.view import ViewSettings
 from rigid_body_sim.scene import load_scene
 
 SCENE = {
@@ -95,7 +95,7 @@ BOUNCING = {
         ),
     ],
 }
-VIEW = ViewSettings(markers=True, arrays=True, contact_wrenches=True)
+VIEW = ViewSettings(frozenset({'markers', 'arrays', 'contact_wrenches'}))
 PUSH = Command('low', 'force', (0.3, 0.0, 0.0))
 
 

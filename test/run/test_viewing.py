@@ -21,9 +21,11 @@ from rigid_body_sim.runs.commands import Command, CommandRules
 from rigid_body_sim.runs.recorded_run import RecordedRun
 from rigid_body_sim.runs.recorder import RunRecorder
 from rigid_body_sim.runs.run import Run, RunSettings
-from rigid_body_sim.runs.viewing import ViewSettings, check_view
+from rigid_body_sim.runs.view import ViewSettings
+from rigid_body_sim.runs.viewing import check_view, view_settings_of, view_text
+from rigid_body_sim.runs.views import VIEWS
 
-ALL = ('--odometry', '--tf', '--markers', '--arrays', '--contact-wrenches')
+ALL = tuple(view.option for view in VIEWS.values())
 LANDING = """
 dt: 0.004
 gravity: [0, 0, -9.81]
@@ -133,7 +135,7 @@ def test_nothing_is_recorded_that_nobody_asked_for(as_json, scene, tmp_path):
 def test_a_recording_from_the_middle_deletes_the_arrows_that_were_there(
     as_json, scene, tmp_path, plain
 ):
-    view = ViewSettings(markers=True, marker_every=2)
+    view = ViewSettings(frozenset({'markers'}), marker_every=2)
     run = Run(Simulation(load_scene(scene)), RunSettings(publish_every=3, view=view))
     run.advance(1, [Command('box', 'force', (1.0, 0.0, 0.0))])
     while run.simulation.tick < 20:
@@ -151,6 +153,27 @@ def test_a_recording_from_the_middle_deletes_the_arrows_that_were_there(
         assert 2 in [m['action'] for m in message.values['markers'] if m['ns'] == 'forces']
     _, outcome = as_json('replay', tmp_path / 'run')
     assert outcome['identical'], outcome
+
+
+def test_views_keep_their_order_in_bags_so_that_older_ones_replay(scene, plain):
+    asked = ViewSettings(frozenset(VIEWS))
+    run = Run(Simulation(load_scene(scene)), RunSettings(view=asked))
+    leaves = dict.fromkeys(topic.name.rsplit('/', 1)[-1] for topic in run.viewing.topics)
+    assert list(leaves) == ['odom', 'tf', 'poses', 'twists', 'contact_wrench', 'markers']
+    flags = ['odometry', 'transforms', 'markers', 'arrays', 'contact_wrenches']
+    assert list(json.loads(view_text(asked)))[: len(flags)] == flags
+
+
+def test_what_was_asked_for_is_read_from_a_manifest_and_what_is_newer_than_it_was_not():
+    asked = ViewSettings(frozenset({'markers', 'contact_wrenches'}), marker_every=3)
+    told = json.loads(view_text(asked))
+    assert [name for name in VIEWS if told[name]] == ['markers', 'contact_wrenches']
+    assert view_settings_of(told) == asked
+    older = {name: value for name, value in told.items() if name not in ('arrays', 'odometry')}
+    assert view_settings_of(older) == asked
+    for strange in ({'markers': 1}, {'no such view': True}, {'marker_every': 0}):
+        with pytest.raises(ValueError, match=next(iter(strange))):
+            view_settings_of(told | strange)
 
 
 @pytest.mark.parametrize(
