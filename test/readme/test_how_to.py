@@ -16,7 +16,7 @@ from ..patience import HANGING
 ROOT = Path(__file__).parents[2]
 PAGES = sorted((ROOT / 'docs' / 'how-to').glob('*.md'))
 BLOCK = re.compile(r'^```(\w*)\n(.*?)^```$', flags=re.DOTALL | re.MULTILINE)
-FILE = re.compile(r'`(rigid_body_sim/\S+\.py)`:\s*\Z')
+FILE = re.compile(r'`((?:rigid_body_sim|config)/\S+\.(?:py|yaml))`:\s*\Z')
 
 
 def changed(text, diff):
@@ -33,16 +33,13 @@ def changed(text, diff):
 
 def build(page, folder):
     """
-    Copy the package, add what the page writes, and give its checks.
+    Copy package and configuration, add what the page writes, and give its checks.
 
     A block whose paragraph ends with a path and a colon is that file, or what changes in it; YAML
     is the scene; any other block of Python is a check.
     """
-    shutil.copytree(
-        ROOT / 'rigid_body_sim',
-        folder / 'rigid_body_sim',
-        ignore=shutil.ignore_patterns('__pycache__'),
-    )
+    for room in ('rigid_body_sim', 'config'):
+        shutil.copytree(ROOT / room, folder / room, ignore=shutil.ignore_patterns('__pycache__'))
     text = page.read_text(encoding='utf-8')
     checks = []
     for block in BLOCK.finditer(text):
@@ -78,7 +75,8 @@ def test_the_example_of_the_page_works_as_the_page_says(page, tmp_path):
 
 
 def test_there_is_a_page_for_each_family():
-    assert [page.stem for page in PAGES] == ['force', 'friction', 'integrator', 'pair', 'problem']
+    families = ['force', 'friction', 'integrator', 'pair', 'problem', 'topic']
+    assert [page.stem for page in PAGES] == families
 
 
 def test_the_pair_of_the_page_is_the_one_that_ships():

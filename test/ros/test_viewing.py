@@ -19,13 +19,13 @@ from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording import marker_packing as names
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.ros.parameters import PARAMETERS
+from rigid_body_sim.runs.views import VIEWS
 
 from ..message_packages import importable
+from ..readme.test_how_to import build
 
 ROOT = Path(__file__).parents[2]
-ALL = dict.fromkeys(
-    ('publish_odometry', 'publish_tf', 'publish_markers', 'publish_arrays'), 'true'
-)
+ALL = {view.parameter: 'true' for view in VIEWS.values()}
 LAB = """
 dt: 0.004
 gravity: [0, 0, -9.81]
@@ -88,6 +88,7 @@ def test_all_views_are_published_as_recorded_and_replay(
 
         kinds = {
             'box/odom': Odometry,
+            'box/contact_wrench': WrenchStamped,
             'poses': PoseArray,
             'twists': MultiDOFJointState,
             'rigid_body_sim/markers': MarkerArray,
@@ -125,6 +126,25 @@ def test_all_views_are_published_as_recorded_and_replay(
         assert payloads and set(payloads) <= whole, name
     outcome = json.loads(run_verb('replay', bag.path, '--json').stdout)
     assert outcome['identical'], outcome
+
+
+def test_the_topic_of_the_page_is_published_as_recorded(start_node, meet, tmp_path, monkeypatch):
+    monkeypatch.setenv('RIGID_BODY_SIM_COMPILE', '0')
+    build(ROOT / 'docs' / 'how-to' / 'topic.md', tmp_path)  # where the node finds it first
+    node = start_node(
+        scene='scene.yaml', publish_angular_momentum='true', record='true', record_path='live'
+    )
+    peer = meet(node)
+    heard = peer.listen('wheel/angular_momentum', cdr.Vector3Stamped)
+    peer.until(lambda: len(heard) > 3, 'some messages')
+    assert node.stop(signal.SIGINT) == 0, node.said
+    bag, topic = Bag(node.folder / 'live'), peer.full('wheel/angular_momentum')
+    kind = bag.topics[topic].type
+    recorded = {cdr.decode(kind, message.data) for message in bag.messages([topic])}
+    assert set(heard) <= recorded
+    for message in heard:  # L = L(0) + T t
+        time = message.sec + message.nanosec * 1e-9
+        assert message.vector == pytest.approx((0.1, 0.4 + 0.1 * time, 0.125 + 0.3 * time))
 
 
 def test_transforms_without_their_package_are_recorded_all_the_same(
