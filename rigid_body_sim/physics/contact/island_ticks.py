@@ -159,9 +159,12 @@ class IslandTicks:
             start.return_to(motion, arrays)
             take_part = islands.wanted == manner
             let_stand_back(~take_part, arrays.table)
+            listed = len(readout.impacts)
             readout.ask_for_pairs()
             status = advance(manner)
-            pairs = readout.pairs_since_asked()
+            # what meets at a cut is in no piece: it is hidden from the one, and flies in the other
+            struck = cuts.pairs_struck(readout.impacts[listed:], arrays.table)
+            pairs = np.concatenate((readout.pairs_since_asked(), struck))
             let_stand_back(np.zeros_like(take_part), arrays.table)
             islands.join(manner, pairs)
             if status is None:

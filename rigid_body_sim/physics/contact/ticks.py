@@ -138,6 +138,7 @@ class Ticks:
                 return status
             if why == tick_counts.TOO_LONG:
                 status = self._cut_ticks.advance_fast(Tick(call, tick + done, h, motion))
+                readout.number_tick(tick + done, h)
                 done += 1
             elif why == tick_counts.CUT:
                 status = self._cut_ticks.advance_by_impacts(Tick(call, tick + done, h, motion))

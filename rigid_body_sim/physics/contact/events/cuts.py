@@ -52,11 +52,23 @@ def pairs_met(count: int, links: Indices) -> Indices:
     return np.stack((roots, np.arange(count)), axis=1)[roots != np.arange(count)]
 
 
+def pairs_struck(impacts: list[Array], table: Indices) -> Indices:
+    """Pairs (m, 2) of moving bodies of some impacts."""
+    rows = np.concatenate([np.zeros((0, impact_list.SIZE)), *(_rows(part) for part in impacts)])
+    columns = [impact_list.COLLIDER_A, impact_list.COLLIDER_B]
+    pairs = bodies_of_colliders(table)[rows[:, columns].astype(np.int64)]
+    return pairs[(pairs >= 0).all(axis=1)]
+
+
+def _rows(impacts: Array) -> Array:
+    return impacts.reshape(-1, impact_list.SIZE)
+
+
 def of_manner(impacts: list[Array], manner: int, wanted: Indices, table: Indices) -> list[Array]:
     """Those of some impacts whose bodies want a manner."""
     if not impacts:
         return []
-    rows = np.concatenate([part.reshape(-1, impact_list.SIZE) for part in impacts])
+    rows = np.concatenate([_rows(part) for part in impacts])
     bodies = bodies_of_colliders(table)
     columns = [impact_list.COLLIDER_A, impact_list.COLLIDER_B]
     of_pair = bodies[rows[:, columns].astype(np.int64)].max(axis=1)
@@ -67,7 +79,7 @@ def in_order(impacts: list[Array]) -> list[Array]:
     """Put the impacts of one tick in the order of their instants."""
     if not impacts:
         return []
-    rows = np.concatenate([part.reshape(-1, impact_list.SIZE) for part in impacts])
+    rows = np.concatenate([_rows(part) for part in impacts])
     order = np.argsort(rows[:, impact_list.PART], kind='stable')
     return [rows[order].ravel()]
 
