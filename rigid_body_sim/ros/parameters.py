@@ -178,7 +178,7 @@ class Settings:
         'publish (and record) where bodies touch and with what force, on <body>/contacts; for '
         'scenes with contact',
     )
-    views: frozenset[str]
+    views: frozenset[str] = parameter(frozenset(), 'a parameter of its own for each')
     marker_rate: float = parameter(
         MARKER_RATE,
         'messages of ~/markers per second of simulation time [Hz], rounded to published states',
