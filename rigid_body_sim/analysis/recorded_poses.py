@@ -4,7 +4,7 @@
 Poses over time from a bag or a CSV file, body by body, with nothing thinned out.
 
 Bag : every topic of type geometry_msgs/msg/PoseStamped, of whatever recorder; times are those of
-      the stamps
+      the stamps, messages in the order of their log times
 CSV : columns time [s], body, px, py, pz [m] and, for bodies that turn, qx, qy, qz, qw; rows of one
       body ascend in time
 """
@@ -24,6 +24,7 @@ from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.model.rotation import IDENTITY
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.bag_reader import Bag
+from rigid_body_sim.recording.columns import read_columns
 from rigid_body_sim.recording.every_body import with_every_body
 from rigid_body_sim.scene import numerals, regular_file
 
@@ -68,21 +69,16 @@ def from_bag(bag: Bag) -> list[Poses]:
             f'{bag.path}: holds no poses; expected messages of {cdr.PoseStamped.TYPE}, '
             'one topic for each body'
         )
-    messages: dict[str, list[cdr.PoseStamped]] = {name: [] for name in wanted}
-    for message in bag.messages(wanted):
-        pose = cdr.decode(cdr.PoseStamped.TYPE, message.data)
-        assert isinstance(pose, cdr.PoseStamped)
-        messages[message.topic].append(pose)
     return [
         Poses(
             body=_prefix(topic).rsplit('/', 1)[-1],
             prefix=_prefix(topic),
-            frame_id=poses[0].frame_id,
-            time_ns=np.array([10**9 * pose.sec + pose.nanosec for pose in poses], dtype=np.int64),
-            position=np.array([pose.position for pose in poses]),
-            orientation=np.array([pose.orientation for pose in poses]),
+            frame_id=columns.frame_id,
+            time_ns=columns.stamp,
+            position=np.ascontiguousarray(columns.numbers[:, :3]),
+            orientation=np.ascontiguousarray(columns.numbers[:, 3:]),
         )
-        for topic, poses in messages.items()
+        for topic, columns in read_columns(bag, wanted).items()
     ]
 
 

@@ -78,7 +78,7 @@ def _read(path: Path, progress: Progress) -> Run:
     columns = read_columns(bag, wanted, progress=progress)
     names = tuple(topics)
     for topic in wanted:
-        _need_time_forward(columns[topic].stamp, f'{path}: {topic}')
+        _need_time_forward(columns[topic], f'{path}: {topic}')
     poses = [columns[topics[name]['pose']] for name in names]
     twists = [
         columns[topics[name]['twist']] if 'twist' in topics[name] else None for name in names
@@ -161,15 +161,29 @@ def _topics(bag: Bag, scene: Scene | None) -> dict[str, dict[str, str]]:
     return by_name
 
 
-def _need_time_forward(stamps: NDArray[np.int64], where: str) -> None:
-    """Refuse what another program recorded over two runs: a time would stand for two states."""
+def _need_time_forward(columns: Columns, where: str) -> None:
+    """
+    Refuse what another program recorded over two runs: a time would stand for two states.
+
+    A clock that went back with the run shows in the file alone: its times are there twice.
+    """
+    stamps = columns.stamp
     back = np.flatnonzero(stamps[1:] < stamps[:-1])
+    twice = np.flatnonzero(stamps[1:] == stamps[:-1]) if columns.reordered else back[:0]
     if back.size:
         before, at = (stamps[back[0] + k] / 1e9 for k in (0, 1))
-        raise UserError(
-            f'{where}: message {back[0] + 1}, of {at:.15g} s, comes after that of {before:.15g} s;'
-            ' times must not go back: record each run, and each turn of a loop, into its own bag'
+        what = (
+            f'message {back[0] + 2} by log time, of {at:.15g} s, comes after that of '
+            f'{before:.15g} s; times must not go back'
         )
+    elif twice.size:
+        what = (
+            f'two messages are of {stamps[twice[0]] / 1e9:.15g} s, and log times go back in the '
+            'file; every time must be there once'
+        )
+    else:
+        return
+    raise UserError(f'{where}: {what}: record each run, and each turn of a loop, into its own bag')
 
 
 def _common(stamps: Sequence[NDArray[np.int64]]) -> NDArray[np.int64]:

@@ -3,6 +3,9 @@
 """
 Topics of a bag as arrays: times and numbers of all their messages, a million in a second.
 
+Messages come in the order of their log times, those of one time in file order: MCAP promises no
+order in the file, and recorders that write in threads keep none.
+
 Chunks are walked through record by record; their messages are cut out by numpy, those of one size
 at once whatever their topic, then parted. A topic whose messages are not laid out alike, as
 a run writes them, is decoded one by one.
@@ -11,7 +14,7 @@ a run writes them, is decoded one by one.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from struct import Struct
 from typing import Any, NamedTuple
 
@@ -27,7 +30,15 @@ Array = NDArray[np.float64]
 Progress = Callable[[int], object]  # told how many messages were read since the last time
 
 _FRAMED = Struct('<BQ')  # opcode and length at the start of a record
-_HEAD = np.dtype([('opcode', 'u1'), ('length', '<u8'), ('channel', '<u2')])  # of a message record
+_HEAD = np.dtype(
+    [
+        ('opcode', 'u1'),
+        ('length', '<u8'),
+        ('channel', '<u2'),
+        ('sequence', '<u4'),
+        ('log_time', '<u8'),
+    ]
+)  # of a message record
 _FRAME = 9  # [bytes] of opcode and length
 _FIXED = 31  # [bytes] of a message record before its payload
 _STAMP = 4  # [bytes] of a payload before its stamp
@@ -41,23 +52,25 @@ TYPES: dict[str, Any] = {
 @dataclass(frozen=True, eq=False)
 class Columns:
     """
-    The messages of one topic, in file order.
+    The messages of one topic, in the order of their log times.
 
-    stamp    : (k,) int [ns]  of the headers
-    numbers  : (k, w)  the doubles of the message: PARTS of its type
-    frame_id : axes of the first message; '' where there is none
+    stamp     : (k,) int [ns]  of the headers
+    numbers   : (k, w)  the doubles of the message: PARTS of its type
+    frame_id  : axes of the first message; '' where there is none
+    reordered : whether they stand in the file in another order
     """
 
     stamp: NDArray[np.int64]
     numbers: Array
     frame_id: str
+    reordered: bool = False
 
 
 class _Group(NamedTuple):
     """
-    The messages of one topic that have one size, in file order.
+    The messages of one topic that have one size, in the order of their log times.
 
-    place : (k,) int  which messages of the bag they are
+    place : (k,) int  which messages of the bag they are, in that order
     rows  : (k, size) bytes
     cut   : stamps and numbers, where they differ in nothing else; None elsewhere
     """
@@ -69,24 +82,28 @@ class _Group(NamedTuple):
 
 class _Gathered:
     """
-    Payloads in file order, those of one size and width together whatever their topic.
+    Payloads, those of one size and width together whatever their topic.
 
     widths : doubles in a message of each topic
+
+    They are taken in file order and given in that of their log times.
     """
 
     def __init__(self, widths: Sequence[int]) -> None:
         self._widths = np.array(widths, dtype=np.int64)
         self._found: dict[tuple[int, int], list[tuple[NDArray[Any], ...]]] = {}
-        self._lone: list[tuple[int, bytes]] = []
+        self._lone: list[tuple[int, int, bytes]] = []
+        self._heads: list[tuple[NDArray[np.int64], NDArray[np.uint64]]] = []  # topic, log time
         self._count = 0
 
-    def add(self, topic: int, data: bytes) -> None:
+    def add(self, topic: int, log_time: int, data: bytes) -> None:
         """Take a message that stands alone."""
-        self._lone.append((topic, data))
+        self._lone.append((topic, log_time, data))
 
     def add_all(
         self,
         topics: NDArray[np.int64],
+        log_times: NDArray[np.uint64],
         starts: NDArray[np.int64],
         sizes: NDArray[np.int64],
         body: NDArray[np.uint8],
@@ -95,6 +112,7 @@ class _Gathered:
         self._take_lone()
         place = np.arange(self._count, self._count + len(topics))
         self._count += len(topics)
+        self._heads.append((topics, log_times))
         widths = self._widths[topics]
         for size in np.unique(sizes).tolist():
             for width in np.unique(widths[sizes == size]).tolist():
@@ -106,14 +124,17 @@ class _Gathered:
                 found = self._found.setdefault((size, width), [])
                 found.append((topics[chosen], place[chosen], rows))
 
-    def by_topic(self) -> list[list[_Group]]:
-        """Give all, and forget them."""
+    def by_topic(self) -> tuple[list[list[_Group]], set[int]]:
+        """Give all, and the topics that stood in another order, and forget them."""
         self._take_lone()
+        moved_to, reordered = self._places_in_time()
         groups: list[list[_Group]] = [[] for _ in self._widths]
         for size, width in [*self._found]:
             found = self._found.pop((size, width))
             topics, place, rows = map(np.concatenate, zip(*found, strict=True))
-            order = np.argsort(topics, kind='stable')
+            if moved_to is not None:
+                place = moved_to[place]
+            order = np.lexsort((place, topics))
             ends = np.append(np.flatnonzero(np.diff(topics[order])) + 1, len(order))
             last = np.append(np.diff(ends // _BATCH) > 0, True)
             begin = 0
@@ -122,15 +143,34 @@ class _Gathered:
                 begin = end
                 for topic, group in _parted(topics[some], place[some], rows[some], width):
                     groups[topic].append(group)
-        return groups
+        return groups, reordered
+
+    def _places_in_time(self) -> tuple[NDArray[np.int64] | None, set[int]]:
+        """
+        Say where messages stand by log time, None: where they do in the file; and which topics
+        stand in the file in another order.
+        """
+        if not self._heads:
+            return None, set()
+        topics, log_times = map(np.concatenate, zip(*self._heads, strict=True))
+        self._heads = []
+        if np.all(log_times[1:] >= log_times[:-1]):
+            return None, set()
+        places = np.empty(len(log_times), dtype=np.int64)
+        places[np.argsort(log_times, kind='stable')] = np.arange(len(log_times))
+        by_topic = np.argsort(topics, kind='stable')
+        same = np.diff(topics[by_topic]) == 0
+        back = np.flatnonzero(same & (np.diff(places[by_topic]) < 0))
+        return places, {*topics[by_topic][back].tolist()}
 
     def _take_lone(self) -> None:
         lone, self._lone = self._lone, []
         if lone:
-            topics = np.array([topic for topic, _ in lone])
-            sizes = np.array([len(data) for _, data in lone])
-            body = np.frombuffer(b''.join(data for _, data in lone), dtype=np.uint8)
-            self.add_all(topics, np.cumsum(sizes) - sizes, sizes, body)
+            topics = np.array([topic for topic, _, _ in lone])
+            log_times = np.array([log_time for _, log_time, _ in lone], dtype=np.uint64)
+            sizes = np.array([len(data) for _, _, data in lone])
+            body = np.frombuffer(b''.join(data for _, _, data in lone), dtype=np.uint8)
+            self.add_all(topics, log_times, np.cumsum(sizes) - sizes, sizes, body)
 
 
 def read_columns(
@@ -149,10 +189,14 @@ def read_columns(
     others = [name for name in numbers if name not in recorded]
     if others:
         for message in bag.messages(others):
-            gathered.add(numbers[message.topic], message.data)
+            gathered.add(numbers[message.topic], message.log_time, message.data)
             progress(1)
-    found = zip(numbers, kinds, gathered.by_topic(), strict=True)
-    return {name: _columns(bag, name, kind, groups) for name, kind, groups in found}
+    by_topic, reordered = gathered.by_topic()
+    found = zip(numbers, kinds, by_topic, strict=True)
+    return {
+        name: replace(_columns(bag, name, kind, groups), reordered=numbers[name] in reordered)
+        for name, kind, groups in found
+    }
 
 
 def _gather(bag: Bag, numbers: dict[str, int], gathered: _Gathered, progress: Progress) -> None:
@@ -170,7 +214,8 @@ def _gather(bag: Bag, numbers: dict[str, int], gathered: _Gathered, progress: Pr
                     elif record.opcode == mcap_file.MESSAGE:
                         single = mcap_scan.message(record)
                         if topic_of[single.channel] >= 0:
-                            gathered.add(int(topic_of[single.channel]), single.data)
+                            topic = int(topic_of[single.channel])
+                            gathered.add(topic, single.log_time, single.data)
                     elif record.opcode == mcap_file.DATA_END:
                         break
             except mcap_scan.Torn as error:
@@ -197,7 +242,8 @@ def _of_chunk(
             problem = f'message of the unknown channel {channels[wrong[0]]}'
         raise mcap_scan.Torn(record.position, problem)
     wanted = topics >= 0
-    gathered.add_all(topics[wanted], places[wanted] + _FIXED, sizes[wanted], flat)
+    log_times = heads['log_time'][wanted, 0]
+    gathered.add_all(topics[wanted], log_times, places[wanted] + _FIXED, sizes[wanted], flat)
     return int(np.count_nonzero(wanted))
 
 
@@ -287,7 +333,7 @@ def _columns(bag: Bag, name: str, kind: Any, groups: list[_Group]) -> Columns:
 
 
 def _one_by_one(kind: Any, groups: list[_Group], frame_id: str) -> Columns:
-    """Decode every message, in file order."""
+    """Decode every message, in the order of their places."""
     rows = [row for group in groups for row in group.rows]
     order = np.argsort(np.concatenate([group.place for group in groups]))
     messages: list[Any] = [cdr.decode(kind.TYPE, rows[i].tobytes()) for i in order.tolist()]

@@ -102,8 +102,8 @@ def test_bags_of_arrays_and_namespaces_and_other_recorders_come_back(tmp_path):
     assert np.isnan(found['satellite'].force).all()  # nobody recorded what was commanded
 
 
-def test_a_bag_whose_time_goes_back_is_refused_with_the_message_that_does(tmp_path):
-    path = tmp_path / 'looped.mcap'
+def balls(path, *messages):
+    """Write poses of a ball that rises by 1 m/s: (log time, stamp) [s], in file order."""
     with path.open('wb') as stream:
         writer = Writer(stream)
         writer.start()
@@ -111,14 +111,37 @@ def test_a_bag_whose_time_goes_back_is_refused_with_the_message_that_does(tmp_pa
             cdr.PoseStamped.TYPE, 'ros2msg', definition(cdr.PoseStamped.TYPE).encode()
         )
         channel = writer.register_channel('/ball/pose', 'cdr', schema)
-        for wall, sec in enumerate((1, 2, 3, 1, 2)):
+        for log, sec in messages:
             pose = cdr.PoseStamped(sec, 0, 'world', (0.0, 0.0, sec), (0.0, 0.0, 0.0, 1.0))
-            writer.add_message(channel, wall, cdr.encode(pose), wall)
+            writer.add_message(channel, log, cdr.encode(pose), log)
         writer.finish()
-    with pytest.raises(
-        rbs.UserError, match='/ball/pose: message 3, of 1 s, comes after that of 3 s; '
-    ):
+    return path
+
+
+@pytest.mark.parametrize(
+    ('log_times', 'problem'),
+    [
+        ((1, 2, 3, 4, 5), 'message 4 by log time, of 1 s, comes after that of 3 s; '),
+        ((1, 2, 3, 1, 2), 'two messages are of 1 s, and log times go back in the file; '),
+    ],
+    ids=['clock of the wall', 'clock of the run'],
+)
+def test_a_bag_whose_time_goes_back_is_refused_with_the_message_that_does(
+    tmp_path, log_times, problem
+):
+    path = balls(tmp_path / 'looped.mcap', *zip(log_times, (1, 2, 3, 1, 2), strict=True))
+    with pytest.raises(rbs.UserError, match=f'/ball/pose: {problem}'):
         rbs.open_bag(path)
+
+
+def test_a_bag_is_read_in_the_order_of_its_log_times_whatever_that_of_its_file(tmp_path):
+    order = (1, 2, 5, 3, 4, 6, 8, 7, 9)
+    path = balls(tmp_path / 'shuffled.mcap', *((100 + sec, sec) for sec in order))
+    heights = rbs.open_bag(path)['ball'].position[:, 2]
+    assert heights.tolist() == [*range(1, 10)]
+    derived = tmp_path / 'derived'
+    assert main(['inverse', str(path), '-o', str(derived)]) == 0
+    assert rbs.open_bag(derived).time.tolist() == [*range(1, 10)]
 
 
 def test_damaged_bags_and_what_is_none_end_in_one_error(bag, tmp_path):

@@ -1,7 +1,7 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Topics as arrays are what their messages say one by one, in file order, whoever wrote them and
+Topics as arrays are what their messages say one by one, in log-time order, whoever wrote them and
 however many topics there are; a message costs no call of numpy of its own.
 """
 
@@ -67,6 +67,28 @@ def test_columns_are_what_the_messages_say_one_by_one(tmp_path, frame, options):
         assert found.stamp.tolist() == stamp == sorted(stamp)
         assert found.numbers.tobytes() == np.array(numbers).tobytes()
         assert found.frame_id == frame_id
+
+
+@pytest.mark.parametrize('options', [{'chunk_size': 700}, {'use_chunking': False}])
+def test_columns_are_in_the_order_of_log_times_and_say_where_the_file_is_not(tmp_path, options):
+    pose = cdr.PoseStamped
+    with (tmp_path / 'bag.mcap').open('wb') as stream:
+        writer = Writer(stream, **options)
+        writer.start()
+        schema = writer.register_schema(pose.TYPE, 'ros2msg', definition(pose.TYPE).encode())
+        channels = [writer.register_channel(f'/t{n}', 'cdr', schema) for n in range(2)]
+        log_times = np.random.default_rng(1).permutation(40).tolist()
+        for instant, log_time in enumerate(log_times):
+            for n, time in enumerate((log_time, instant)):  # of the first alone they are shuffled
+                frame = 'world' * (1 + time % 2 * n)  # messages of two sizes
+                message = pose(time, 0, frame, (float(time),) * 3, (0.0, 0.0, 0.0, 1.0))
+                writer.add_message(channels[n], time, cdr.encode(message), time)
+        writer.finish()
+    found = read_columns(Bag(tmp_path / 'bag.mcap'), ['/t0', '/t1'])
+    assert [columns.reordered for columns in found.values()] == [True, False]
+    for columns in found.values():
+        assert columns.stamp.tolist() == [10**9 * time for time in range(40)]
+        assert columns.numbers[:, 0].tolist() == [*range(40)]
 
 
 def test_topics_that_are_not_asked_for_are_left_out(tmp_path):
