@@ -34,11 +34,16 @@ def check_text(name: str, *, what: str) -> None:
     try:
         name.encode()
     except UnicodeEncodeError:
-        shown = name.encode(errors='backslashreplace').decode()
         raise UserError(
-            f'{shown}: holds bytes that are no text in UTF-8, as {what} must be; choose another '
-            'name, or, where each of them is a letter, a locale that knows it: LC_ALL=C.UTF-8'
+            f'{as_text(name)}: holds bytes that are no text in UTF-8, as {what} must be; choose '
+            'another name, or, where each of them is a letter, a locale that knows it: '
+            'LC_ALL=C.UTF-8'
         ) from None
+
+
+def as_text(name: str) -> str:
+    """Write as escapes the bytes of a name that are no text in UTF-8."""
+    return name.encode(errors='backslashreplace').decode()
 
 
 @contextmanager

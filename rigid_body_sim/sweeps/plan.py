@@ -27,6 +27,7 @@ from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.errors import choose_from
 from rigid_body_sim.physics.model.numbers import shown
 from rigid_body_sim.physics.model.scene import Scene
+from rigid_body_sim.recording.new_output import check_text
 from rigid_body_sim.scene import document, load_scene
 from rigid_body_sim.scene.experiment import ReadBodies, scene_of_content
 from rigid_body_sim.scene.files import Files
@@ -236,6 +237,7 @@ def plan_sweep(
     say.
     """
     scene = with_text(source) if isinstance(source, Scene) else load_scene(source)
+    check_text(scene.origin.name, what='the path of a scene that is swept')  # the table holds it
     content = document.read(scene.source, name=scene.origin.name).content
     axes = _axes(vary, content)
     points = math.prod(len(a.spec.values) for a in axes if isinstance(a.spec, Listed))

@@ -46,6 +46,7 @@ from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.bag_directory import check_new
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.recording.bag_writer import DERIVED_BY, BagWriter
+from rigid_body_sim.recording.new_output import as_text
 from rigid_body_sim.recording.topics import Topic
 from rigid_body_sim.runs.reading_guard import reads_recording
 from rigid_body_sim.scene import load_scene
@@ -119,7 +120,7 @@ def run(arguments: argparse.Namespace) -> int:
     for poses in tracks:
         found[poses.prefix] = _derive(arguments, poses, scene, jumps, steps)
     report = {
-        'source': arguments.source.name,
+        'source': as_text(arguments.source.name),
         'scene': None if scene is None else scene.name,
         'jumps_known': jumps is not None,
         'jumps_not_known_of': [] if jumps is None else jumps.unknown,

@@ -23,7 +23,7 @@ from typing import Any
 from rigid_body_sim.errors import RunError, UserError
 from rigid_body_sim.physics.compile.kernels import warn_if_plain
 from rigid_body_sim.physics.integration.integrators import INTEGRATORS
-from rigid_body_sim.recording.new_output import is_taken
+from rigid_body_sim.recording.new_output import check_text, is_taken
 from rigid_body_sim.report import own_scene, results
 from rigid_body_sim.report.entry import Peer
 from rigid_body_sim.report.machine import made
@@ -249,6 +249,8 @@ def _wanted(arguments: argparse.Namespace) -> _Wanted:
         repetitions = QUICK_REPETITIONS if arguments.quick else REPETITIONS
     if repetitions < 1:
         raise UserError(f'--repetitions {repetitions}; allowed: 1 or more')
+    for name in (str(arguments.output), arguments.scene or ''):
+        check_text(name, what='a name in a report')  # which holds the command that made it
     if is_taken(arguments.output) and not arguments.output.is_dir():
         raise UserError(f'{arguments.output}: is a file; -o names the folder to write into')
     if is_taken(arguments.output / results.JSON):

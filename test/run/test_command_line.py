@@ -7,6 +7,7 @@ what to do.
 
 import errno
 import os
+import shutil
 import subprocess
 import sys
 from contextlib import suppress
@@ -16,8 +17,10 @@ import pytest
 
 from rigid_body_sim.__main__ import VERBS, main
 from rigid_body_sim.errors import UserError
+from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.recording.mcap_file import McapFile
-from rigid_body_sim.recording.new_output import replacing
+from rigid_body_sim.recording.new_output import as_text, replacing
+from rigid_body_sim.scene.shipped_scenes import find_scene
 
 from ..patience import HANGING
 
@@ -169,6 +172,38 @@ def test_a_bag_whose_name_is_no_text_is_refused_before_it_is_begun(words, tmp_pa
     assert r'M\udcfcnchen: holds bytes that are no text in UTF-8' in said
     assert 'LC_ALL=C.UTF-8' in said
     assert not bad.exists()
+
+
+@pytest.mark.parametrize(
+    ('words', 'bad'),
+    [
+        ('report --problems projectile --quick -o {bad}', 'M\udcfcnchen'),
+        ('report --scene {bad} --quick -o {new}', 'M\udcfcnchen.yaml'),
+        ('sweep {bad} --vary bodies[0].mass=1,2 -o {new}', 'M\udcfcnchen.yaml'),
+    ],
+    ids=['report', 'scene of a report', 'scene of a sweep'],
+)
+def test_a_name_that_is_no_text_is_refused_before_anything_is_run(words, bad, tmp_path, capsys):
+    bad, new = tmp_path / bad, tmp_path / 'new'
+    if bad.suffix:
+        shutil.copy(find_scene('two_bodies'), bad)
+    assert main([word.format(bad=bad, new=new) for word in words.split()]) == 2
+    said = capsys.readouterr().err
+    assert rf'{as_text(str(bad))}: holds bytes that are no text in UTF-8' in said
+    assert {*tmp_path.iterdir()} <= {bad} and not bad.is_dir()
+
+
+@pytest.mark.parametrize('kind', ['bag', 'csv'])
+def test_what_is_derived_from_a_name_that_is_no_text_holds_it_as_escapes(kind, tmp_path):
+    bad, new = tmp_path / f'M\udcfcnchen.{kind}', tmp_path / 'new'
+    if kind == 'csv':
+        bad.write_text('time,body,px,py,pz\n' + ''.join(f'{k},ball,0,0,{k}\n' for k in range(9)))
+    else:
+        good = tmp_path / 'good'
+        assert main(['simulate', 'two_bodies', '--duration', '0.1', '-o', str(good)]) == 0
+        good.rename(bad)
+    assert main(['inverse', str(bad), '-o', str(new)]) == 0
+    assert Bag(new).manifest['source'] == rf'M\udcfcnchen.{kind}'
 
 
 def test_a_path_that_is_no_text_may_lead_to_a_bag(tmp_path):
