@@ -33,6 +33,7 @@ MESH_FORMATS = ('off', 'stl', 'obj', 'ply')
 STL_HEAD, STL_TRIANGLE = 84, 50  # [byte] of binary STL: a title and the count, one triangle
 STL_END = 10_000  # [byte] in which the last word of STL as text stands
 STL_WORDS = re.compile(rb'(?im)^\s*(endsolid|facet|outer|vertex|endloop|endfacet)\b')
+COUNTS = 3  # [-] numbers that OFF begins with: of vertices, faces and edges
 QUAD = 4  # [corners] of the largest polygon that trimesh cuts in every format
 TABLE_FORMATS = ('csv', 'txt', 'npy')
 
@@ -204,6 +205,8 @@ def triangles_from_bytes(text: bytes, *, name: str) -> tuple[np.ndarray, np.ndar
         )
     if not text.strip():
         raise InvalidModel(f'{name!r} is empty; a mesh is a closed surface of triangles')
+    if kind == 'off':
+        text = _off_line_by_line(text)
     _need_whole(text, kind, name)
     import trimesh
 
@@ -260,9 +263,37 @@ def _stl_fault(text: bytes) -> str | None:
 
 
 def _off_fault(text: bytes) -> str | None:
-    """Say that OFF has less vertices and faces than its counts; None: it does not."""
+    """Say that OFF lacks its keyword, or has less than its counts; None: neither."""
+    if not any(b'OFF' in line.split(b'#')[0] for line in text.splitlines()):
+        return 'lacks the keyword OFF, in capitals, which is to be its first word'
     counts, lines = _off_lines(text)
     return _fault_of_lines([b'vertices', b'faces'], counts, lines)
+
+
+def _off_line_by_line(text: bytes) -> bytes:
+    """
+    Write each vertex and each face of OFF on a line of its own, as trimesh wants them: the format
+    itself parts them by blanks of any kind. What has such lines, or not all words, stays.
+    """
+    lines = [line.split(b'#')[0].split() for line in text.splitlines()]
+    first, *words = [word for line in lines for word in line] or [b'']
+    if first != b'OFF' or not all(word.isdigit() for word in words[:COUNTS]):
+        return text
+    vertices, faces = map(int, (words + [b'0', b'0'])[:2])
+    if sum(len(line) >= 3 for line in lines) > vertices + faces:  # one of them has the counts
+        return text
+    if len(words) < COUNTS + 3 * vertices + faces:
+        return text
+    end = COUNTS + 3 * vertices
+    found = [words[:COUNTS], *(words[i : i + 3] for i in range(COUNTS, end, 3))]
+    for _ in range(faces):
+        if end >= len(words) or not words[end].isdigit():
+            return text
+        begin, end = end, end + 1 + int(words[end])
+        found.append(words[begin:end])
+    if end != len(words):
+        return text
+    return b'\n'.join([first, *map(b' '.join, found)])
 
 
 def _off_lines(text: bytes) -> tuple[list[bytes], list[list[bytes]]]:

@@ -350,11 +350,23 @@ def test_polygons_of_an_off_mesh_are_cut_into_triangles(head: str) -> None:
     assert prism.center_of_mass == pytest.approx((0, 0, 1), abs=ROUND_OFF)
 
 
+@pytest.mark.parametrize('parted', [b' ', b' # no end of a row\n'], ids=['a line', 'a word each'])
+def test_numbers_of_off_may_be_parted_by_any_blanks(parted: bytes) -> None:
+    given = scene(bodies=[body(shape={'type': 'mesh', 'file': 'a.off'}, density=6, mass=None)])
+    texts = (TETRAHEDRON, parted.join(TETRAHEDRON.split()))
+    plain, other = (load_scene(given, files={'a.off': text}).bodies[0] for text in texts)
+    assert (other.mass, other.center_of_mass) == (plain.mass, plain.center_of_mass)
+    assert other.mass == pytest.approx(1.0, rel=ROUND_OFF)
+
+
 @pytest.mark.parametrize(
     ('text', 'file', 'reason'),
     (
         (b'OFF\n1 2', 'a.off', 'read as OFF, is cut short: it counts 1 vertices and 2 faces'),
         (b'OFF\n1 x', 'a.off', 'not readable as OFF'),
+        (TETRAHEDRON.removeprefix(b'OFF\n'), 'a.off', 'lacks the keyword OFF, in capitals'),
+        (b'# OFF' + TETRAHEDRON.lower(), 'a.off', 'lacks the keyword OFF, in capitals'),
+        (b' '.join(TETRAHEDRON.split()[:-1]), 'a.off', 'is cut short: it counts 4 vertices'),
         (b'', 'a.stl', "'a.stl' is empty; a mesh is a closed surface"),
         (b'\x00\xff' * 50, 'a.ply', 'not readable as PLY'),
         (b'hello' * 40, 'a.stl', "'a.stl' holds no triangles, read as STL"),
