@@ -78,7 +78,7 @@ class Settings:
 
     scene: str = parameter(
         'demo',
-        'path of a scene file, or the name of a shipped scene',
+        'path of a scene file, which may begin with ~/, or the name of a shipped scene',
     )
     dt: float = parameter(
         0.0,
@@ -158,7 +158,8 @@ class Settings:
     )
     record_path: str = parameter(
         '',
-        'bag to write; empty: rigid_body_sim_<date>_<time> in the current folder',
+        'bag to write, its path may begin with ~/; empty: rigid_body_sim_<date>_<time> in the '
+        'current folder',
     )
     world_frame: str = parameter(
         'world',

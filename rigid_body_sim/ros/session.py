@@ -210,14 +210,19 @@ def _first_of(error: Exception) -> str:
 
 
 def _record_path(settings: Settings) -> Path | None:
-    return Path(settings.record_path) if settings.record_path else None
+    return _from_home(settings.record_path) if settings.record_path else None
+
+
+def _from_home(path: str) -> Path:
+    """Give the path that a parameter says: no shell has seen what stands behind its `:=`."""
+    return Path(os.path.expanduser(path))  # noqa: PTH111  (that of Path fails without a home)
 
 
 def _make_run(node: SimNode) -> Run:
     """Read the scene and compile what it needs, so that no tick has to wait for it."""
     warn_if_plain(node.warn)
     settings = node.settings
-    scene = load_scene(find_scene(settings.scene))
+    scene = load_scene(find_scene(_from_home(settings.scene)))
     view = _view_settings(node)
     need_numbers(scene.name, check_view(scene, view, settings.world_frame))
     simulation = simulation_of(

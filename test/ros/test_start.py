@@ -5,6 +5,7 @@ What cannot be used ends the node with exit code 2 and one line; nothing is left
 """
 
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -13,7 +14,11 @@ import pytest
 import yaml
 
 from rigid_body_sim.__main__ import main
+from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.ros.parameters import PARAMETERS, strangers
+from rigid_body_sim.scene.shipped_scenes import find_scene
+
+from ..patience import PATIENCE
 
 ROOT = Path(__file__).parents[2]
 
@@ -90,6 +95,23 @@ def test_a_node_that_finds_no_folder_for_logs_says_so_and_not_that_its_words_are
     assert result.returncode == 2
     assert 'set ROS_LOG_DIR to one that can be written, or HOME' in result.stderr
     assert 'arguments for ROS' not in result.stderr
+
+
+def test_paths_may_begin_with_the_home_folder(tmp_path):
+    home, here = tmp_path / 'home', tmp_path / 'here'
+    home.mkdir(), here.mkdir()
+    shutil.copy(find_scene('satellite'), home / 'mine.yaml')
+    words = [sys.executable, '-m', 'rigid_body_sim', 'sim_node', '--ros-args']
+    for given in ('scene:=~/mine.yaml', 'record_path:=~/bag', 'record:=true', 'stop_time:=0.01'):
+        words += ['-p', given]
+    result = subprocess.run(
+        words, env={**os.environ, 'HOME': str(home)}, cwd=here, capture_output=True, text=True,
+        timeout=PATIENCE, check=False,
+    )  # fmt: skip
+    assert result.returncode == 0, result.stderr
+    assert f'recorded: {home / "bag"}' in result.stderr
+    assert Bag(home / 'bag').complete
+    assert not [*here.iterdir()]
 
 
 def test_the_node_takes_no_words_of_its_own(capfd):
