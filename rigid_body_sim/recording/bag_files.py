@@ -32,11 +32,9 @@ def locate(path: Path) -> tuple[tuple[Path, ...], dict[str, Any] | None]:
     if not _is_directory(path):
         return (path,), None
     if not (path / bag_metadata.FILE_NAME).exists():
-        if any(path.glob('*.mcap')):
-            raise DamagedBag(
-                f'{path}: unfinished recording (no metadata.yaml); '
-                f'restore it with: bag recover {path} -o NEW'
-            )
+        files = _mcap_files(path)
+        if files:
+            raise DamagedBag(f'{path}: unfinished recording (no metadata.yaml); {_cure(files)}')
         raise UserError(f'{path}: not a bag: holds neither metadata.yaml nor an .mcap file')
     information = bag_metadata.read(path)
     storage = information.get('storage_identifier')
@@ -59,12 +57,37 @@ def lone_file(path: Path) -> Path:
     """Find the one MCAP file of a bag that may be unfinished."""
     if not _is_directory(path):
         return path
-    files = sorted(file for file in path.glob('*.mcap') if file.is_file())
-    if len(files) != 1:
-        raise UserError(
-            f'{path}: holds {len(files)} .mcap files, expected one; name the file to recover'
-        )
+    files = _mcap_files(path)
+    if not files:
+        raise UserError(f'{path}: holds no .mcap file; name the file to recover')
+    if len(files) > 1:
+        raise UserError(f'{path}: holds {len(files)} .mcap files, expected one; {_cure(files)}')
     return files[0]
+
+
+def _mcap_files(path: Path) -> list[Path]:
+    return sorted(file for file in path.glob('*.mcap') if file.is_file())
+
+
+def _cure(files: list[Path]) -> str:
+    """Say how to come by what is in the files of a bag that is not finished."""
+    if len(files) == 1:
+        return f'restore it with: bag recover {files[0].parent} -o NEW'
+    torn = [file for file in files if _is_torn(file)]
+    whole = 'read its files one by one, those that are whole as they are'
+    if not torn:
+        return f'{whole}: {files[0]}'
+    those = 'the torn one' if len(torn) == 1 else f'each of the {len(torn)} torn ones'
+    return f'{whole}; restore {those} with: bag recover {torn[0]} -o NEW'
+
+
+def _is_torn(file: Path) -> bool:
+    try:
+        with file.open('rb') as stream:
+            check_ends(file, stream)
+    except (UserError, OSError):
+        return True
+    return False
 
 
 def check_ends(file: Path, stream: BinaryIO) -> None:

@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 import os
 import time
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
@@ -50,6 +50,7 @@ class Outcome:
 
     made    : runs that were made now
     failed  : of them, those that did not come to their end
+    ends    : how often each status was theirs: refused, diverged, failed
     reasons : how often each reason was given
     notes   : on what went otherwise than it should
     before  : the same of runs that an earlier process made; None: there was none
@@ -57,17 +58,22 @@ class Outcome:
 
     def __init__(self, before: Outcome | None = None) -> None:
         self.made = 0
-        self.failed = 0
+        self.ends: Counter[str] = Counter()
         self.reasons: dict[str, int] = {}
         self.notes: list[str] = []
         self.before = before
+
+    @property
+    def failed(self) -> int:
+        """How many of the runs did not come to their end."""
+        return self.ends.total()
 
     def take(self, rows: Sequence[Row], notes: Sequence[str]) -> None:
         """Count what rows tell."""
         self.made += len(rows)
         for row in rows:
             if row['status'] != DONE:
-                self.failed += 1
+                self.ends[str(row['status'])] += 1
                 if row['reason'] in self.reasons or len(self.reasons) < MOST_REASONS:
                     reason = str(row['reason'])
                     self.reasons[reason] = self.reasons.get(reason, 0) + 1

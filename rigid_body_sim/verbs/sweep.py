@@ -253,7 +253,9 @@ def _report(plan: Sweep, arguments: argparse.Namespace, outcome: Outcome, *, wal
     print(f'{plan.title}: {_runs(plan.runs)} of {plan.duration:g} s in {wall:.2f} s{taken}')
     if whole:
         told = f', {failed_before} of them before' if failed_before else ''
-        print(f'  {whole} failed{told}: their rows say why')
+        ends = outcome.ends + (before.ends if before else Counter())
+        how = ', '.join(f'{count} {status}' for status, count in sorted(ends.items()))
+        print(f'  {how}{told}: {"its row says" if whole == 1 else "their rows say"} why')
         reasons = Counter(outcome.reasons) + Counter(before.reasons if before else ())
         often = sorted(reasons.items(), key=lambda item: (-item[1], item[0]))
         for reason, count in often[:SHOWN_REASONS]:

@@ -4,6 +4,8 @@
 What was flushed before a recording was cut off can be restored, and ends where a tick ends.
 """
 
+import os
+import re
 import shutil
 import signal
 import subprocess
@@ -19,6 +21,7 @@ from rosbags.highlevel import AnyReader
 from rigid_body_sim.errors import RunError, UserError
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.bag_check import check
+from rigid_body_sim.recording.bag_files import DamagedBag
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.recording.definitions import definition
 from rigid_body_sim.recording.recovery import recover
@@ -226,9 +229,36 @@ def test_paths_that_cannot_be_used_are_refused(record, tmp_path):
     (tmp_path / 'two').mkdir()
     for name in ('a.mcap', 'b.mcap'):
         shutil.copy(directory / 'run_0.mcap', tmp_path / 'two' / name)
-    with pytest.raises(UserError, match=r'holds 2 .mcap files'):
+    with pytest.raises(UserError, match=r'holds 2 .mcap files.* one by one'):
         recover(tmp_path / 'two', tmp_path / 'saved')
+    (tmp_path / 'none').mkdir()
+    with pytest.raises(UserError, match=r'holds no .mcap file'):
+        recover(tmp_path / 'none', tmp_path / 'saved')
     assert not (tmp_path / 'saved').exists()
+
+
+@pytest.mark.parametrize('torn', [(11,), (7, 11), ()])
+def test_the_cure_for_an_unfinished_bag_of_several_files_cures_it(record, tmp_path, torn):
+    file = record() / 'run_0.mcap'
+    split = tmp_path / 'split'
+    split.mkdir()
+    for number in range(12):
+        shutil.copy(file, split / f'split_{number}.mcap')
+    for number in torn:
+        os.truncate(split / f'split_{number}.mcap', file.stat().st_size - 9)
+    with pytest.raises(DamagedBag, match=r'no metadata.yaml.* one by one') as unfinished:
+        Bag(split)
+    with pytest.raises(UserError, match=r'holds 12 .mcap files, expected one') as several:
+        recover(split, tmp_path / 'saved')
+    for told in map(str, (unfinished.value, several.value)):
+        named = re.findall(r'bag recover (\S+) -o NEW', told)
+        assert len(named) == min(1, len(torn)) and ('each of the 2 torn' in told) == (
+            len(torn) == 2
+        )
+    for number, name in enumerate(named):
+        assert recover(name, tmp_path / f'saved{number}').messages
+    for number in {*range(12)} - {*torn}:
+        assert Bag(split / f'split_{number}.mcap').counts
 
 
 def test_nothing_to_save_is_a_failure(record, tmp_path, mcap_of):

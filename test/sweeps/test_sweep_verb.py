@@ -50,7 +50,7 @@ def test_json_says_what_came_of_it(verb, tmp_path):
 def test_a_sweep_of_which_nothing_comes_fails(verb, tmp_path):
     words = ('--vary', 'satellite.mass=-1,-2', '-j', 1, '-o', tmp_path / 'x.parquet')
     code, out, _ = verb('sweep', 'satellite', *words)
-    assert code == 1 and '2 failed: their rows say why' in out
+    assert code == 1 and '2 refused: their rows say why' in out
     assert (
         pyarrow.parquet.read_table(tmp_path / 'x.parquet')['status'].to_pylist() == ['refused'] * 2
     )
