@@ -85,6 +85,7 @@ def clean_output() -> Iterator[None]:
     try:
         yield
     finally:
+        clean_err.flush()  # while what cannot be taken is still no fault of the run
         if sys.stdout is clean_out:
             sys.stdout = out
         if sys.stderr is clean_err:
@@ -138,15 +139,28 @@ class _CleanErrors(_CleanStream):
     """Standard error; where it takes no more, that ends no run: its results lie elsewhere."""
 
     def write(self, text: str) -> int:
-        """Write text."""
-        with suppress(OSError):
-            super().write(text)
-        return len(text)
+        """Write text, if it is taken."""
+        try:
+            return super().write(text)
+        except OSError:
+            _lead_to_nowhere(self._stream)
+            return len(text)
 
     def flush(self) -> None:
-        """Hand everything written so far on."""
-        with suppress(OSError):
+        """Hand everything written so far on, if it is taken."""
+        try:
             self._stream.flush()
+        except OSError:
+            _lead_to_nowhere(self._stream)
+
+
+def _lead_to_nowhere(stream: TextIO | io.TextIOBase) -> None:
+    """Let what a stream still holds be taken: Python hands it on as it ends, or fails with 120."""
+    with suppress(OSError, ValueError):
+        number = stream.fileno()
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, number)
+        os.close(nowhere)
 
 
 @contextmanager

@@ -239,7 +239,10 @@ def _need_whole(text: bytes, kind: str, name: str) -> None:
     wrong = {'stl': _stl_fault, 'off': _off_fault, 'ply': _ply_fault}.get(kind, lambda _text: None)
     fault = wrong(text)
     if fault is not None:
-        raise InvalidModel(f'{name!r}, read as {kind.upper()}, {fault}; write or copy it anew')
+        raise InvalidModel(
+            f'{name!r}, read as {kind.upper()}, {fault}; write or copy it anew, or give it the '
+            f'ending of another format: {", ".join(MESH_FORMATS)}'
+        )
 
 
 def _stl_fault(text: bytes) -> str | None:
