@@ -85,8 +85,8 @@ SLIPS: tuple[tuple[bytes, str], ...] = (
     ),
     (
         shaped('type: mesh, file: junk.off'),
-        'lacks the keyword OFF, in capitals, which is to be its first word; write or copy it anew, '
-        'or give it the ending of another format: off, stl, obj, ply (line 5)',
+        'lacks the keyword OFF, in capitals, which is to be its first word; write or copy it anew'
+        ', or give it the ending of another format: off, stl, obj, ply (line 5)',
     ),
     (
         shaped('type: mesh, file: flat.off'),
