@@ -63,7 +63,9 @@ def read(
         + impulses[:, 1:2] * _vectors(rows, place + constraint.TANGENT_1, constraint.LANES)
         + impulses[:, 2:] * _vectors(rows, place + constraint.TANGENT_2, constraint.LANES)
     )
-    separation = rows[row + contact_point.SEPARATION] + rows[place + constraint.SINK]
+    separation = rows[row + contact_point.SEPARATION] + (
+        rows[place + constraint.SINK] * rows[row + contact_point.SINK_SHARE]
+    )
     about = np.zeros_like(impulse)
     if angular:
         for field, axis in (

@@ -10,7 +10,8 @@ that would hold it still for a substep, found before anything moves,
     v + h F/m + sum of J M^-1 J^T >= 0 along the normals,  with friction
 
 by relaxing all contacts until nothing changes. They are recalled like those of a last tick, with
-the static sink that they come to (`static_sink`).
+the static sink that they come to, of each point its own (`static_sink`): the scene begins in
+balance, wherever faces are loaded.
 
 An island in which something that presses moves along its normal is in an impact, and begins
 without loads.
@@ -18,8 +19,10 @@ without loads.
 
 from __future__ import annotations
 
+from typing import Any
+
 from rigid_body_sim.physics.arrays import Array, Indices
-from rigid_body_sim.physics.compile.kernels import kernel
+from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact.array_groups import Constraints
 from rigid_body_sim.physics.contact.collision import manifold_record
 from rigid_body_sim.physics.contact.islands.union_find import find, unite
@@ -36,7 +39,7 @@ from rigid_body_sim.physics.contact.touching import bodies_of, lane_of, moving_b
 from rigid_body_sim.physics.vectors import dot
 
 REST = 1e-14  # [m/s] what a pass may still change
-VISITS = 200_000  # [-] of the constraints of an island, at most: what is left is learnt in motion
+VISITS = 1_000_000  # [-] of the constraints of an island, at most: what is left is learnt in motion
 MOVES = 0.01  # [m/s] along a normal: faster is an impact
 
 
@@ -121,6 +124,49 @@ def _mark_impacts(
                     sizes[find(moving_body_of(begin + lane, static, rows), roots)] = 0
 
 
+@inline
+def _take_loads(lane: int, points: int, width: int, rows: Array) -> None:
+    """Let a constraint begin without loads."""
+    rows[lane + constraint.OTHERS_IMPULSE] = 0.0
+    for row in range(lane + constraint.SIZE, lane + constraint.SIZE + points * width, width):
+        rows[row + contact_point.NORMAL_IMPULSE] = 0.0
+        rows[row + contact_point.TANGENT_IMPULSE_1] = 0.0
+        rows[row + contact_point.TANGENT_IMPULSE_2] = 0.0
+
+
+@inline
+def _share_load(lane: int, points: int, width: int, h: float, rows: Array) -> float:
+    """
+    Return the load of a constraint [m/s^2], as `impulse_cache` does of a tick, and give each of
+    its points that has a spring of its own its share of the sink.
+    """
+    first, end = lane + constraint.SIZE, lane + constraint.SIZE + points * width
+    pressed, largest = rows[lane + constraint.OTHERS_IMPULSE], 0.0
+    for row in range(first, end, width):
+        pressed += rows[row + contact_point.NORMAL_IMPULSE]
+        largest = max(largest, _load_of_point(row, h, rows))
+    spring = rows[lane + constraint.SPRING_MASS]
+    if spring > 0.0 and rows[lane + constraint.ALONE] > 0.0:
+        return pressed / (h * spring)
+    total, bearing = 0.0, 0.0
+    for row in range(first, end, width):
+        of_point = _load_of_point(row, h, rows)
+        total += of_point
+        bearing += static_sink.share_that_bears(of_point, largest)
+    load = total / bearing if bearing > 0.0 else 0.0
+    if load > 0.0 and rows[lane + constraint.SURFACE] == constraint.OF_NO_SURFACE:
+        for row in range(first, end, width):
+            rows[row + contact_point.SINK_SHARE] = _load_of_point(row, h, rows) / load
+    return load
+
+
+@inline
+def _load_of_point(row: int, h: float, rows: Array) -> Any:
+    """Return what a point carries, over its mass [m/s^2]; h: substep [s]."""
+    mass = rows[row + contact_point.NORMAL_MASS]
+    return rows[row + contact_point.NORMAL_IMPULSE] / (h * mass) if mass > 0.0 else 0.0
+
+
 @kernel
 def recall_loads(
     width: int, static: int, h: float, constraints: Constraints, roots: Indices, sizes: Indices,
@@ -141,19 +187,6 @@ def recall_loads(
         rests = sizes[find(moving_body_of(lane, static, rows), roots)] != 0
         points = int(manifolds[manifold * manifold_record.SIZE + manifold_record.POINT_COUNT])
         rows[lane + constraint.TOUCHED] = 0.0
-        load, pressed = 0.0, rows[lane + constraint.OTHERS_IMPULSE]
-        for point in range(points):
-            row = lane + constraint.SIZE + point * width
-            if not rests:
-                rows[row + contact_point.NORMAL_IMPULSE] = 0.0
-                rows[row + contact_point.TANGENT_IMPULSE_1] = 0.0
-                rows[row + contact_point.TANGENT_IMPULSE_2] = 0.0
-            pressed += rows[row + contact_point.NORMAL_IMPULSE]
-            mass = rows[row + contact_point.NORMAL_MASS]
-            if mass > 0.0:
-                load += rows[row + contact_point.NORMAL_IMPULSE] / (h * mass)
-        load /= points
-        spring = rows[lane + constraint.SPRING_MASS]
-        if spring > 0.0 and rows[lane + constraint.ALONE] > 0.0:
-            load = pressed / (h * spring) if rests else 0.0
-        static_sink.begin(lane, h, load, rows)
+        if not rests:
+            _take_loads(lane, points, width, rows)
+        static_sink.begin(lane, h, _share_load(lane, points, width, h, rows), rows)

@@ -27,7 +27,7 @@ from rigid_body_sim.physics.contact.collision import (
     deep_overlaps,
     manifold_record,
 )
-from rigid_body_sim.physics.contact.solver import constraint, contact_point
+from rigid_body_sim.physics.contact.solver import constraint, contact_point, static_sink
 from rigid_body_sim.physics.contact.solver.softness import DEEP
 from rigid_body_sim.physics.contact.solver.solve import ratio_of_masses
 from rigid_body_sim.physics.contact.touching import lane_of
@@ -56,8 +56,8 @@ def _overlap(lane: int, point_count: int, width: int, rows: Array) -> float:
     for point in range(point_count):
         row = lane + constraint.SIZE + point * width
         if rows[row + contact_point.NORMAL_IMPULSE] > 0.0:
-            separation = rows[row + contact_point.SEPARATION] + rows[lane + constraint.SINK]
-            least = min(least, separation)
+            sink = static_sink.of_point(lane, row, rows, rows)
+            least = min(least, rows[row + contact_point.SEPARATION] + sink)
     return -least
 
 

@@ -35,6 +35,7 @@ FEATURE = point.number('-', 'stays the same while the same parts touch')
 NORMAL_IMPULSE = point.number('N s', 'of the last substep')
 FRICTION_IMPULSE = point.vector('N s', 'of the last substep, world axes')
 ANCHOR = point.vector('m', 'place of the point in the axes of shape A')
+SINK_SHARE = point.number('-', 'its own static sink over that of its manifold: `static_sink`')
 ANGULAR_IMPULSE = point.vector('N m s', 'rolling and twisting, of the last substep, world axes')
 POINT_SIZE = point.size
 

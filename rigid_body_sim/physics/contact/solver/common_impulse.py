@@ -29,6 +29,7 @@ from rigid_body_sim.physics.contact.solver import (
     contact_point,
     face_spring,
     lane_scratch,
+    static_sink,
     surface_chain,
     wide_lanes,
 )
@@ -122,8 +123,9 @@ def _law(
         sudden = impulse - 2.0 * points[row + contact_point.WARM_NORMAL]
         one_spring = constraints[lane + constraint.SPRING_MASS] > 0.0
         beyond = scratch[lane + lane_scratch.SPRING_IMPULSE] if one_spring else impulse
+        sink = static_sink.of_point(lane, row, constraints, points)
         bias, softness = soft_law(
-            constraints, lane, mass, separation, beyond, sudden, inverse_h, slop, cap
+            constraints, lane, mass, separation, sink, beyond, sudden, inverse_h, slop, cap
         )
         mass /= 1.0 + softness * mass
         iota = softness * mass

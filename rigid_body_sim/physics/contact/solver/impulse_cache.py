@@ -308,12 +308,14 @@ def _recall_point(
     lane: int, row: int, place: int, factor: float, cache: Array, rows: Array
 ) -> None:
     """Give a point the impulses of a place of the cache; NEW: none."""
-    normal_impulse, friction = 0.0, (0.0, 0.0, 0.0)
+    normal_impulse, friction, share = 0.0, (0.0, 0.0, 0.0), 1.0
     if place != NEW:
+        share = cache[place + cache_record.SINK_SHARE]
         normal_impulse = factor * cache[place + cache_record.NORMAL_IMPULSE]
         friction = scale(factor, load(cache, place + cache_record.FRICTION_IMPULSE))
     tangent_1 = wide_lanes.vector(rows, lane + constraint.TANGENT_1)
     tangent_2 = wide_lanes.vector(rows, lane + constraint.TANGENT_2)
+    rows[row + contact_point.SINK_SHARE] = share
     rows[row + contact_point.NORMAL_IMPULSE] = normal_impulse
     rows[row + contact_point.TANGENT_IMPULSE_1] = dot(tangent_1, friction)
     rows[row + contact_point.TANGENT_IMPULSE_2] = dot(tangent_2, friction)
@@ -457,11 +459,16 @@ def store_impulses(
         shape = int(manifolds[record + manifold_record.COLLIDER_A]) * pose.SIZE
         normal, tangent_1, tangent_2 = wide_lanes.contact_frame(rows, lane)
         goes_on = _share_that_goes_on(lane, count, width, rows)
+        load_of_all = _mean_load(lane, count, width, h, rows)
         for point in range(count):
             found = record + manifold_record.POINTS + point * manifold.POINT
             row = lane + constraint.SIZE + point * width
             share = _stored_share(lane, row, rows)
             cache[to + cache_record.FEATURE] = manifolds[found + manifold.FEATURE]
+            cache[to + cache_record.SINK_SHARE] = static_sink.share_that_stays(
+                rows[row + contact_point.SINK_SHARE], _load_of_point(lane, row, h, rows),
+                load_of_all,
+            )  # fmt: skip
             cache[to + cache_record.NORMAL_IMPULSE] = warm_start.foreseen(
                 row, share * rows[row + contact_point.NORMAL_IMPULSE], goes_on, rows
             )
@@ -483,9 +490,7 @@ def store_impulses(
             store(cache, to + cache_record.ANGULAR_IMPULSE, angular_impulse)
             store(cache, to + cache_record.ANCHOR, _anchor(load(manifolds, found), shape, poses))
             to += cache_record.POINT_SIZE
-        cache[head + cache_record.LOAD] = static_sink.filtered(
-            lane, _mean_load(lane, count, width, h, rows), rows
-        )
+        cache[head + cache_record.LOAD] = static_sink.filtered(lane, load_of_all, rows)
         middle = (0.0, 0.0, 0.0)
         if count <= 2:
             middle = _middle_of_pressure(record, head, colliders.table, poses, manifolds, cache)

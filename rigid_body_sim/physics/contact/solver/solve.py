@@ -42,6 +42,7 @@ from rigid_body_sim.physics.contact.solver import (
     constraint,
     contact_point,
     lane_scratch,
+    static_sink,
     transfers,
     wide_lanes,
 )
@@ -61,10 +62,9 @@ OPEN = 1e-12
 PUSH_OUT = 1000.0
 
 # [-] of `constraint.DEEP`, r/200: by how much a spring gives way beyond the sink of what it is
-# known to carry, and at all; there it is rigid. With more GIVES what is put down sinks in deeper,
-# and is lifted again; with more MOST_SINK what is heavy tips on springs too soft for it, with less
-# it trembles, by micrometres
-GIVES, MOST_SINK = 0.3, 5.0
+# known to carry, at most (and MOST_SINK at all); there it is rigid. With more what is put down
+# sinks in deeper, and is lifted again
+GIVES = 0.3
 
 # [-] ratio of two masses beyond which less than the usual changes are left alone, and the share
 # that is, at least; more lets what is heavy rock on what is light, less takes all passes
@@ -297,8 +297,8 @@ def waits_to_bounce(lane: int, velocity: Any, constraints: Array) -> Any:
 
 @inline
 def soft_law(
-    constraints: Array, lane: int, mass: float, separation: float, impulse: float, sudden: float,
-    inverse_h: float, slop: float, cap: float,
+    constraints: Array, lane: int, mass: float, separation: float, sink: float, impulse: float,
+    sudden: float, inverse_h: float, slop: float, cap: float,
 ) -> Any:  # fmt: skip
     """
     Return bias and softness c = iota/(m sigma) of a point of a lane, soft where surfaces overlap.
@@ -310,6 +310,7 @@ def soft_law(
     gives the highest one, to none at twice that.
 
         mass    : [kg] effective mass along the normal
+        sink    : [m] its static sink, which its separation is less
         impulse : [N s] J, or of all points with their one spring: `face_spring`
         sudden  : [N s] of it, what no load explains
         cap     : [m/s] speed at which a deep overlap goes, at most
@@ -330,8 +331,9 @@ def soft_law(
     left = 2.0 - sudden / (free if free > 0.0 else 1.0)
     left = left if left > 0.0 else 0.0
     pace *= left if left < 1.0 else 1.0
-    most = constraints[lane + constraint.SINK] + GIVES * deep
-    most = most if most < MOST_SINK * deep else MOST_SINK * deep
+    most = sink + GIVES * deep
+    limit = static_sink.MOST_SINK * deep
+    most = most if most < limit else limit
     stop = constraints[lane + constraint.BIAS_RATE] * most
     softness = constraints[lane + constraint.IMPULSE_SCALE] / (stiff if stiff > 0.0 else 1.0)
     stands = softness * impulse > stop
@@ -359,16 +361,17 @@ def _solve_normals(
         largest = scratch[lane + lane_scratch.LARGEST_CHANGE]
         pressed_already = scratch[lane + lane_scratch.PRESSES]
         separation = points[lane + contact_point.SEPARATION]
+        sink = static_sink.of_point(lane, lane, constraints, points)
         beyond = old
         if RIMS:
             rolls = scratch[lane + lane_scratch.RIM_ROLLS]
-            separation += rolls * constraints[lane + constraint.SINK]
+            separation += rolls * sink
             beyond -= 2.0 * rolls * points[lane + contact_point.WARM_NORMAL]
         mass = points[lane + contact_point.NORMAL_MASS]
         one_spring = constraints[lane + constraint.SPRING_MASS] > 0.0
         beyond = scratch[lane + lane_scratch.SPRING_IMPULSE] if one_spring else beyond
         bias, softness = soft_law(
-            constraints, lane, mass, separation, beyond,
+            constraints, lane, mass, separation, sink, beyond,
             old - 2.0 * points[lane + contact_point.WARM_NORMAL], inverse_h, slop, cap,
         )  # fmt: skip
         if BENDS:

@@ -18,9 +18,9 @@ with w its share of a surface of several lines, else 1 (`softness`), and omega_c
 so that springs, dampers and which points press are those of a contact without it. f is the mean
 over the points that bear: what stands on two of its four points sinks in no deeper than on all. A
 point that begins to counts by and by: else an arch near its limit never comes to rest. What has
-one spring has f = sum F/M (`face_spring`). One number for each point would do the work of a
-negative damper on a body that rocks; without RATE the row would lose its only damping of wrong
-loads. Within BAND of the load nothing follows: there the springs stand firm, and hold what statics
+one spring has f = sum F/M (`face_spring`). One number for each point that followed its load would
+do the work of a negative damper on a body that rocks; without RATE the row would lose its only
+damping of wrong loads. Within BAND of the load nothing follows: there the springs stand firm, and hold what statics
 leaves open (which of five legs carries how much) where it is; followed all the way, it creeps over
 some ten thousand ticks. The load is kept as an acceleration [m/s^2], so it stays the same when the
 substep changes.
@@ -36,7 +36,13 @@ has loads that change as it goes round, and no part with them.
 
 An impulse counts as a load as far as the substep has started from it: an impact is none. What
 stands when a scene begins has its load, and its whole sink, from the start
-(`islands.first_loads`).
+(`islands.first_loads`); and there each point takes its own part of that,
+
+    delta_i = s_i delta        s_i = F_i/(w m f)
+
+so that what is loaded beside the middle of its face stands level. s_i follows nothing: it stays
+while the load of the point is s_i f, but for ABOUT of f, and goes to 1 at RATE where it is not;
+1 is that of every other point.
 """
 
 from __future__ import annotations
@@ -46,11 +52,13 @@ from typing import Any
 from rigid_body_sim.physics.arrays import Array
 from rigid_body_sim.physics.compile.kernels import inline
 from rigid_body_sim.physics.contact.solver import constraint, contact_point
-from rigid_body_sim.physics.contact.solver.solve import MOST_SINK
 
 BEARS = 0.1  # [-] of the largest load: a point with more counts as one, with less as a part
 BAND = 1e-3  # [-] of a load; so much of its sink is left, at most
 RATE = 0.012  # [-] per tick; at 0.1 a stack of thirty falls, at 0.03 a cold stack gains energy
+MOST_SINK = 5.0  # [-] of `constraint.DEEP`; more: what is heavy tips on springs too soft for it,
+# less: it trembles, by micrometres
+ABOUT = 0.1  # [-] of the load of a manifold: so much may that of a point be beside its share of it
 PACE = 0.6  # [1/s^2] at ten times as much the energy of heaps rises too fast
 GAIN = 0.3  # [-] of the bias that carries the load; less lets stacks rock, more heaps gain
 
@@ -85,6 +93,12 @@ def begin(lane: int, h: float, load: float, rows: Array) -> None:
 
 
 @inline
+def of_point(lane: int, row: int, constraints: Array, points: Array) -> Any:
+    """Return what its load takes out of the separation of a point [m]."""
+    return points[row + contact_point.SINK_SHARE] * constraints[lane + constraint.SINK]
+
+
+@inline
 def lasting_impulse(row: int, normal_impulse: float, rows: Array) -> Any:
     """
     Return the impulse of a point that is its load: no more than what it started from, twice the
@@ -104,6 +118,13 @@ def load_of_point(row: int, normal_impulse: float, h: float, rows: Array) -> Any
 def share_that_bears(load: float, largest: float) -> Any:
     """Return as how much of a point one with a load counts, the largest of its manifold known."""
     return min(1.0, load / (BEARS * largest)) if largest > 0.0 else 0.0
+
+
+@inline
+def share_that_stays(share: float, load: float, of_all: float) -> Any:
+    """Return the share of a point from which the next tick starts, from both loads of this one."""
+    beside = abs(load - share * of_all) > ABOUT * of_all
+    return share + RATE * (1.0 - share) if beside else share
 
 
 @inline

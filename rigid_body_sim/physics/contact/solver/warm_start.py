@@ -29,6 +29,7 @@ from rigid_body_sim.physics.contact.solver import (
     constraint,
     contact_point,
     lane_scratch,
+    static_sink,
     transfers,
     wide_lanes,
 )
@@ -158,9 +159,9 @@ def start_tick(lanes: int, constraints: Array, points: Array, scratch: Array) ->
         points[lane + contact_point.TANGENT_IMPULSE_2] = impulse_2
         wide_lanes.put_vector(points, lane + contact_point.TOTAL_IMPULSE, (0.0, 0.0, 0.0))
         points[lane + contact_point.LARGEST_NORMAL_IMPULSE] = 0.0
-        points[lane + contact_point.SEPARATION] = (
-            points[lane + contact_point.INITIAL_SEPARATION] - constraints[lane + constraint.SINK]
-        )
+        points[lane + contact_point.SEPARATION] = points[
+            lane + contact_point.INITIAL_SEPARATION
+        ] - static_sink.of_point(lane, lane, constraints, points)
         _warm_start(constraints, points, scratch, lane)
 
 

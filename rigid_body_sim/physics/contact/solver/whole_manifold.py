@@ -50,6 +50,7 @@ from rigid_body_sim.physics.contact.solver import (
     face_spring,
     far_points,
     lane_scratch,
+    static_sink,
     wide_lanes,
 )
 from rigid_body_sim.physics.contact.solver.contact_point import ONE_POINT
@@ -203,14 +204,15 @@ def _law(
         may = (pressure > 0.0) & (constraints[lane + constraint.BOUNCES] > 0.0)
     elif SOFT:
         sudden = impulse - 2.0 * points[row + contact_point.WARM_NORMAL]
+        sink = static_sink.of_point(lane, row, constraints, points)
         if RIMS:
             rolls = scratch[lane + lane_scratch.RIM_ROLLS]
-            separation += rolls * constraints[lane + constraint.SINK]
+            separation += rolls * sink
             impulse -= 2.0 * rolls * points[row + contact_point.WARM_NORMAL]
         one_spring = constraints[lane + constraint.SPRING_MASS] > 0.0
         impulse = scratch[lane + lane_scratch.SPRING_IMPULSE] if one_spring else impulse
         bias, softness = soft_law(
-            constraints, lane, mass, separation, impulse, sudden, inverse_h, slop, cap
+            constraints, lane, mass, separation, sink, impulse, sudden, inverse_h, slop, cap
         )
         if BENDS:
             bias += bends.bend_of_point(row, lane, LAYERED, points, scratch)
