@@ -39,7 +39,7 @@ from rigid_body_sim.physics.contact.touching import bodies_of, lane_of, moving_b
 from rigid_body_sim.physics.vectors import dot
 
 REST = 1e-14  # [m/s] what a pass may still change
-VISITS = 1_000_000  # [-] of the constraints of an island, at most: what is left is learnt in motion
+VISITS = 1_000_000  # [-] of the constraints of an island, at most: the rest is learnt in motion
 MOVES = 0.01  # [m/s] along a normal: faster is an impact
 
 

@@ -20,10 +20,10 @@ over the points that bear: what stands on two of its four points sinks in no dee
 point that begins to counts by and by: else an arch near its limit never comes to rest. What has
 one spring has f = sum F/M (`face_spring`). One number for each point that followed its load would
 do the work of a negative damper on a body that rocks; without RATE the row would lose its only
-damping of wrong loads. Within BAND of the load nothing follows: there the springs stand firm, and hold what statics
-leaves open (which of five legs carries how much) where it is; followed all the way, it creeps over
-some ten thousand ticks. The load is kept as an acceleration [m/s^2], so it stays the same when the
-substep changes.
+damping of wrong loads. Within BAND of the load nothing follows: there the springs stand firm, and
+hold what statics leaves open (which of five legs carries how much) where it is; followed all the
+way, it creeps over some ten thousand ticks. The load is kept as an acceleration [m/s^2], so it
+stays the same when the substep changes.
 
 Overlap that no load explains was left by an impact, or by loads that begin. Bodies are lifted out
 of it, which is energy that contact gives, so it goes slowly: beyond what carries the load of this
