@@ -307,6 +307,43 @@ def end_substep(time: float, driven: PrescribedBodies, bodies: Array) -> None:
         _put_velocity(row, velocity, spin, bodies)
 
 
+@inline
+def _number_of_collider(collider: int, static: int, table: Indices) -> int:
+    """Which driven body a collider is; below 0: none."""
+    entry = collider * collider_record.SIZE
+    if table[entry + collider_record.BODY] >= 0:
+        return -1
+    return table[entry + collider_record.FIXED_ROW] - static - 1
+
+
+@inline
+def _runs(entry: int, normal: Any, drives: Array) -> bool:
+    """Tell whether a belt runs along a face with a normal."""
+    surface = load(drives, entry + SURFACE)
+    return abs(dot(surface, normal)) <= ALONG * math.sqrt(dot(surface, surface))
+
+
+@kernel
+def velocity_at(
+    collider: int, point: Any, normal: Any, static: int, table: Indices, drives: Array,
+    bodies: Array,
+) -> Any:  # fmt: skip
+    """
+    Velocity of the material of a driven collider at a point of its surface, whose normal is given,
+    at the start of the tick [m/s]; zero of what is not driven.
+    """
+    number = _number_of_collider(collider, static, table)
+    if number < 0:
+        return NO_VECTOR
+    entry = number * SIZE
+    if drives[entry + PATH] == NO_PATH:
+        return load(drives, entry + SURFACE) if _runs(entry, normal, drives) else NO_VECTOR
+    row = (static + 1 + number) * solver_bodies.SIZE
+    arm = subtract(point, load(bodies, row + solver_bodies.START_POSITION))
+    turning = cross(load(bodies, row + solver_bodies.ANGULAR_MOMENTUM), arm)
+    return scale(HELD, add(load(bodies, row + solver_bodies.MOMENTUM), turning))
+
+
 @kernel
 def choose_belts(
     manifold_count: int, static: int, drives: Array, table: Indices, manifolds: Array, rows: Array
@@ -317,17 +354,11 @@ def choose_belts(
         lane = int(manifolds[record + manifold_record.LANE])
         for side in range(2):
             collider = int(manifolds[record + manifold_record.COLLIDER_A + side])
-            entry = collider * collider_record.SIZE
-            number = table[entry + collider_record.FIXED_ROW] - static - 1
-            if number < 0 or table[entry + collider_record.BODY] >= 0:
+            number = _number_of_collider(collider, static, table)
+            if number < 0 or drives[number * SIZE + PATH] != NO_PATH:
                 continue
-            if drives[number * SIZE + PATH] != NO_PATH:
-                continue
-            surface = load(drives, number * SIZE + SURFACE)
             normal = load(manifolds, record + manifold_record.NORMAL)
-            across = abs(dot(surface, normal))
-            runs = across <= ALONG * math.sqrt(dot(surface, surface))
-            chosen = static + 1 + number if runs else static
+            chosen = static + 1 + number if _runs(number * SIZE, normal, drives) else static
             rows[lane + constraint.BODY_A + constraint.LANES * side] = float(
                 chosen * solver_bodies.SIZE
             )

@@ -327,9 +327,12 @@ class WorldArrays:
             self.unsettled_roots, self.unsettled, self.members, self.scratch,
         )  # fmt: skip
         views, turning, method = np.split(self.flight_scratch, (VIEWS, BEHIND_BLOCKS))
+        driven = _grouped(
+            PrescribedBodies, self.drives, self.paths, self.moment, self.works, self.of_bodies
+        )
         flights = Flights(
             motion, colliders, bodies, local_poses, found, materials, pair_materials, ignored,
-            settings,
+            settings, driven,
             *map(argument, (
                 self.joint_bodies, self.joint_points, self.flight_records, views, turning, method,
                 self.event_pairs, self.event_links, self.impact_list,
@@ -360,9 +363,7 @@ class WorldArrays:
             _grouped(SleepState, *self.sleep_state),
             argument(self.flows),
             pair_materials,
-            _grouped(
-                PrescribedBodies, self.drives, self.paths, self.moment, self.works, self.of_bodies
-            ),
+            driven,
             argument(self.overlap_limits),
             argument(self.overlaps),
             flights,

@@ -29,6 +29,7 @@ from rigid_body_sim.physics.contact.collision import (
 )
 from rigid_body_sim.physics.contact.collision.collider import ColliderArrays
 from rigid_body_sim.physics.contact.events import event_lists, flight_record
+from rigid_body_sim.physics.contact.prescribed_bodies import PrescribedBodies
 from rigid_body_sim.physics.integration.schemes import steps
 from rigid_body_sim.physics.state import blocks
 from rigid_body_sim.physics.state.blocks import (
@@ -77,6 +78,7 @@ class Flights(NamedTuple):
     materials, pair_materials : of colliders and of pairs of them: see `model.material`
     ignored     : pairs that do not meet: see `collision.ignored_pairs`
     settings    : see `tick_settings`
+    driven      : what is moved as told, and belts: see `prescribed_bodies`
     joint_bodies, joint_points : tables of impacts at several points: see `joint_impact_record`
     """
 
@@ -89,6 +91,7 @@ class Flights(NamedTuple):
     pair_materials: Array
     ignored: Indices
     settings: Array
+    driven: PrescribedBodies
     joint_bodies: Array
     joint_points: Array
     records: Array

@@ -22,8 +22,8 @@ from rigid_body_sim.physics.contact.events.contact_points import ONE_HEIGHT
 from rigid_body_sim.physics.contact.events.event_lists import following
 from rigid_body_sim.physics.contact.events.flight import NO_VECTOR, Flights, body_of
 from rigid_body_sim.physics.contact.events.ground_parts import ask_part, lever_of
-from rigid_body_sim.physics.contact.events.impact import material_of, velocity_at, write_impact
-from rigid_body_sim.physics.contact.events.joint import WORLD, put_point
+from rigid_body_sim.physics.contact.events.impact import WORLD, material_of, write_impact
+from rigid_body_sim.physics.contact.events.joint import put_point
 from rigid_body_sim.physics.vectors import add, add_scaled, cross, dot, load
 
 ONE_NORMAL = 1e-24  # [-] squared sine of the angle of normals that are one: the same as a tilt
@@ -135,9 +135,7 @@ def _add_flush_points(row: int, rows: Any, number: int, time: float, flights: Fl
         material = restitution_of(other, flights)
         for index in range(found):
             point = load(views, flight_record.TOUCHING + 3 * index)
-            _, arm_a = velocity_at(0, body_of(a, flights), point, flights)
-            _, arm_b = velocity_at(1, body_of(b, flights), point, flights)
-            put_point(number, of_pair, (arm_a, arm_b), normal, material, flights)
+            put_point(number, (a, b), of_pair, point, normal, material, flights)
             points[number * record.POINT_SIZE + record.OF_EVENT] = float(other)
             number += 1
     return number

@@ -10,6 +10,7 @@ from __future__ import annotations
 from typing import Any
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel, slot
+from rigid_body_sim.physics.contact import prescribed_bodies
 from rigid_body_sim.physics.contact.events import flight_record, impact_list
 from rigid_body_sim.physics.contact.events.collision_matrix import StruckBody
 from rigid_body_sim.physics.contact.events.flight import (
@@ -35,10 +36,11 @@ from rigid_body_sim.physics.vectors import (
     subtract,
 )
 
+WORLD = -1.0  # in place of the row of a body, of what no impulse moves
 NO_INERTIA = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 bring = slot('kernel (body, time, flights): takes a body in flight to an instant')
-put_touching = slot('kernel (count, body_a, body_b, normal, ...): writes two and their points')
+put_touching = slot('kernel (count, a, b, normal, ...): writes two and their points')
 meet_at_points = slot('kernel (count, all_points, bodies, flights): lets two meet at points')
 add_flush_points = slot('kernel (row, rows, number, ...): adds the points of the same face')
 write_flush_impacts = slot('kernel (first, last, number, ...): lists the impacts of these')
@@ -84,6 +86,29 @@ def velocity_at(side: int, body: int, point: Any, flights: Flights) -> Any:
 
 
 @inline
+def told_at(a: int, b: int, point: Any, normal: Any, flights: Flights) -> Any:
+    """
+    Return what of the velocity of collider B against A at a point [m/s] no impulse changes: that
+    of what is moved as told, and of belts along the faces that they run in.
+    """
+    motion, table = flights.motion, flights.colliders.table
+    drives, bodies = flights.driven.drives, flights.bodies
+    of_a = prescribed_bodies.velocity_at(
+        a, point, normal, motion.body_count, table, drives, bodies
+    )
+    of_b = prescribed_bodies.velocity_at(
+        b, point, normal, motion.body_count, table, drives, bodies
+    )
+    return subtract(of_b, of_a)
+
+
+@inline
+def add_work(impulse: Any, told: Any, flights: Flights) -> None:
+    """Add the work that what is driven does by an impulse on B [N s]; told: see `told_at`."""
+    flights.driven.works[0] -= dot(impulse, told)
+
+
+@inline
 def push(body: int, arm: Any, impulse: Any, flights: Flights) -> None:
     """Let an impulse [N s] act on a body in flight at an arm [m]."""
     if body < 0:
@@ -121,24 +146,36 @@ def _struck(body: int, arm: Any, flights: Flights) -> StruckBody:
     return StruckBody(inverse_mass, inverse_inertia, arm)
 
 
+@inline
+def rows_of_two(body_a: int, body_b: int) -> Any:
+    """Rows in the table of bodies of two that meet alone; WORLD: of what no impulse moves."""
+    return 0.0 if body_a >= 0 else WORLD, 1.0 if body_b >= 0 else WORLD
+
+
 @kernel
-def _meet_at_a_point(
-    body_a: int, body_b: int, normal: Any, material: Any, flights: Flights
-) -> Any:
-    """Let two bodies meet at the first point of the list; return the impulse on B [N s]."""
+def _meet_at_a_point(a: int, b: int, normal: Any, material: Any, flights: Flights) -> Any:
+    """Let two colliders meet at the first point of the list; return the impulse on B [N s]."""
+    body_a, body_b = body_of(a, flights), body_of(b, flights)
     point = load(flights.views, flight_record.TOUCHING)
     velocity_a, arm_a = velocity_at(0, body_a, point, flights)
     velocity_b, arm_b = velocity_at(1, body_b, point, flights)
+    told = told_at(a, b, point, normal, flights)
+    velocity = told
+    if body_b >= 0:
+        velocity = add(velocity, velocity_b)
+    if body_a >= 0:
+        velocity = subtract(velocity, velocity_a)
     impulse = point_impact(
         _struck(body_a, arm_a, flights),
         _struck(body_b, arm_b, flights),
         normal,
-        subtract(velocity_b, velocity_a),
+        velocity,
         material[0],
         material[1],
     )
     push(body_a, arm_a, negate(impulse), flights)
     push(body_b, arm_b, impulse, flights)
+    add_work(impulse, told, flights)
     return impulse
 
 
@@ -199,10 +236,10 @@ def _strike(
         point = load(views, flight_record.TOUCHING + 3 * index)
         mean = add_scaled(mean, 1.0 / count, point)
     material = (restitution, friction)
-    put_touching(count, body_a, body_b, normal, material, flights)
-    points = add_flush_points(row, (0.0, 1.0), count, time, flights)
+    put_touching(count, a, b, normal, material, flights)
+    points = add_flush_points(row, rows_of_two(body_a, body_b), count, time, flights)
     if points == 1:
-        impulse = _meet_at_a_point(body_a, body_b, normal, material, flights)
+        impulse = _meet_at_a_point(a, b, normal, material, flights)
     else:
         impulse = meet_at_points(count, points, (body_a, body_b), flights)
     event = (tick, time + rest, a, b, approach)

@@ -35,9 +35,13 @@ from rigid_body_sim.physics.contact.events.ground_parts import (
     ask_part,
 )
 from rigid_body_sim.physics.contact.events.impact import (
+    WORLD,
+    add_work,
     inertia_of,
     material_of,
     push,
+    rows_of_two,
+    told_at,
     velocity_at,
     write_impact,
 )
@@ -56,7 +60,6 @@ from rigid_body_sim.physics.vectors import (
 )
 
 LOADED_GAP = 1e-3  # [-] of the size: separation up to which contacts that carry are looked for
-WORLD = -1.0  # in place of the row of a body
 LIGHT = 1e-6  # [-] of the impulse that stops what strikes: a contact that pushes by less in a
 # substep carries nothing
 NO_LOAD = 0  # of an impact: nothing carries who is struck
@@ -94,52 +97,44 @@ def _put_body(row: int, body: int, flights: Flights) -> None:
 
 
 @inline
-def _put_side(row: int, side: int, body: int, flights: Flights) -> None:
-    """Write A or B, as it was looked at, into a row; what is told has no mass."""
-    if body >= 0:
-        _put_body(row, body, flights)
-        return
-    bodies, place, view = flights.joint_bodies, row * record.BODY_SIZE, side * flight_record.VIEW
-    for entry in range(record.BODY_SIZE):
-        bodies[place + entry] = 0.0
-    store(bodies, place + record.VELOCITY, load(flights.views, view + flight_record.VELOCITY))
-    store(bodies, place + record.ANGULAR_VELOCITY, load(flights.views, view + flight_record.SPIN))
-
-
-@inline
 def put_point(
-    number: int, rows: Any, arms: Any, normal: Any, material: Any, flights: Flights
-) -> None:
+    number: int, colliders: Any, rows: Any, point: Any, normal: Any, material: Any,
+    flights: Flights,
+) -> None:  # fmt: skip
     """
-    Write a point into the table.
+    Write a point of two colliders, as they were looked at, into the table.
 
     rows : of the bodies A and B, or WORLD;   material : restitution and friction
     """
     points, place = flights.joint_points, number * record.POINT_SIZE
+    a, b = colliders
+    _, arm_a = velocity_at(0, body_of(a, flights), point, flights)
+    _, arm_b = velocity_at(1, body_of(b, flights), point, flights)
     points[place + record.BODY_A], points[place + record.BODY_B] = rows
-    store(points, place + record.ARM_A, arms[0])
-    store(points, place + record.ARM_B, arms[1])
+    store(points, place + record.ARM_A, arm_a)
+    store(points, place + record.ARM_B, arm_b)
     store(points, place + record.NORMAL, normal)
+    store(points, place + record.TOLD, told_at(a, b, point, normal, flights))
     points[place + record.RESTITUTION], points[place + record.FRICTION] = material
 
 
 @kernel
-def put_touching(
-    count: int, body_a: int, body_b: int, normal: Any, material: Any, flights: Flights
-) -> None:
+def put_touching(count: int, a: int, b: int, normal: Any, material: Any, flights: Flights) -> None:
     """
-    Write two bodies, as they were looked at, into the table, with all points of the list.
+    Write the bodies of two colliders, as they were looked at, into the table, with all points of
+    the list.
 
     material : restitution and friction
     """
-    views = flights.views
-    _put_side(0, 0, body_a, flights)
-    _put_side(1, 1, body_b, flights)
+    views, body_a, body_b = flights.views, body_of(a, flights), body_of(b, flights)
+    if body_a >= 0:
+        _put_body(0, body_a, flights)
+    if body_b >= 0:
+        _put_body(1, body_b, flights)
+    rows = rows_of_two(body_a, body_b)
     for index in range(count):
         point = load(views, flight_record.TOUCHING + 3 * index)
-        _, arm_a = velocity_at(0, body_a, point, flights)
-        _, arm_b = velocity_at(1, body_b, point, flights)
-        put_point(index, (0.0, 1.0), (arm_a, arm_b), normal, material, flights)
+        put_point(index, (a, b), rows, point, normal, material, flights)
 
 
 @kernel
@@ -163,6 +158,7 @@ def meet_at_points(count: int, all_points: int, bodies: Any, flights: Flights) -
         if second != WORLD:
             body = bodies[0] if second == 0.0 else bodies[1]
             push(body, load(points, place + record.ARM_B), impulse, flights)
+        add_work(impulse, load(points, place + record.TOLD), flights)
         if index < count:
             total = add(total, impulse)
     return total
@@ -260,10 +256,7 @@ def _add_carriers(number: int, least: float, cache: Array, flights: Flights) -> 
             place = places + POINT * index
             if number < room and pushes(found[place + FEATURE], begin, least, cache):
                 point = load(found, place + POSITION)
-                _, arm_a = velocity_at(0, body_a, point, flights)
-                _, arm_b = velocity_at(1, body_b, point, flights)
-                arms = (arm_a, arm_b)
-                put_point(number, (row_a, row_b), arms, normal, (0.0, friction), flights)
+                put_point(number, (a, b), (row_a, row_b), point, normal, (0.0, friction), flights)
                 flights.joint_points[number * record.POINT_SIZE + record.COLLIDER_A] = float(a)
                 flights.joint_points[number * record.POINT_SIZE + record.COLLIDER_B] = float(b)
                 number += 1
@@ -319,19 +312,9 @@ def _meet_with_load(
     if pairs[row + flight_record.APPROACH] < threshold:
         restitution = 0.0
     rows = (_row_of(body_a, flights), _row_of(body_b, flights))
-    if body_a < 0:
-        _put_side(known, 0, body_a, flights)
-        rows = (float(known), rows[1])
-        known += 1
-    if body_b < 0:
-        _put_side(known, 1, body_b, flights)
-        rows = (rows[0], float(known))
-        known += 1
     for index in range(count):
         point = load(views, flight_record.TOUCHING + 3 * index)
-        _, arm_a = velocity_at(0, body_a, point, flights)
-        _, arm_b = velocity_at(1, body_b, point, flights)
-        put_point(index, rows, (arm_a, arm_b), normal, (restitution, friction), flights)
+        put_point(index, (a, b), rows, point, normal, (restitution, friction), flights)
     struck = count if free else add_flush_points(row, rows, count, 0.0, flights)
     points = add_carriers(struck, least, cache, flights)
     tables = JointImpact(known, points, flights.joint_bodies, flights.joint_points)
@@ -342,6 +325,7 @@ def _meet_with_load(
         place = index * record.POINT_SIZE
         impulse = load(flights.joint_points, place + record.IMPULSE)
         _push_row(index, impulse, flights)
+        add_work(impulse, load(flights.joint_points, place + record.TOLD), flights)
         if index < count:
             total = add(total, impulse)
             touching = load(views, flight_record.TOUCHING + 3 * index)

@@ -114,7 +114,7 @@ def _relative_velocity(place: int, impact: JointImpact) -> Any:
     points, bodies = impact.points, impact.bodies
     of_a = _velocity_at(points[place + record.BODY_A], load(points, place + record.ARM_A), bodies)
     of_b = _velocity_at(points[place + record.BODY_B], load(points, place + record.ARM_B), bodies)
-    return subtract(of_b, of_a)
+    return add(load(points, place + record.TOLD), subtract(of_b, of_a))
 
 
 @inline
