@@ -83,21 +83,18 @@ def _rolls_on_flat(type_a: int, type_b: int) -> bool:
 
 @inline
 def _rolls(
-    cylinder: int, other: int, record: int, colliders: ColliderArrays, manifolds: Array,
-    bodies: Array,
-) -> bool:  # fmt: skip
+    cylinder: int, record: int, colliders: ColliderArrays, manifolds: Array, bodies: Array
+) -> bool:
     """
     Tell whether the points of a manifold go round with the rims of a cylinder: they are the lowest
-    ones over a side that cannot move (`manifold.RIM`), or an edge or corner is at the mantle or a
-    rim. What is at an end stays in it.
+    ones over a side (`manifold.RIM`), or an edge or corner is at the mantle or a rim. What is at
+    an end stays in it.
 
     record : where the manifold begins
     """
     table = colliders.table
     body = table[cylinder * collider_record.SIZE + collider_record.BODY]
-    flat = table[other * collider_record.SIZE + collider_record.BODY]
-    row = collider_record.solver_body(other, table) * solver_bodies.SIZE
-    if _symmetry(body, bodies) != ABOUT_AXIS or flat >= 0 or _is_driven(flat, row, bodies):
+    if _symmetry(body, bodies) != ABOUT_AXIS:
         return False
     if manifolds[record + manifold_record.RIM] > 0.0:
         return True
@@ -111,9 +108,9 @@ def _whose_rim(
 ) -> float:
     """Tell whose rim rolls in a manifold of a cylinder and a polyhedron, if one does."""
     if _type(a, colliders.table) == collider.CYLINDER:
-        rolls = _rolls(a, b, record, colliders, manifolds, bodies)
+        rolls = _rolls(a, record, colliders, manifolds, bodies)
         return constraint.RIM_OF_A if rolls else constraint.NOT_ROUND
-    rolls = _rolls(b, a, record, colliders, manifolds, bodies)
+    rolls = _rolls(b, record, colliders, manifolds, bodies)
     return constraint.RIM_OF_B if rolls else constraint.NOT_ROUND
 
 

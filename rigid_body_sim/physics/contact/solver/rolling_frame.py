@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """
 The rolling frame of a rim: how the lowest points of a body of revolution go round its rim while
-its axis turns over a plane or a side of a box that cannot move.
+its axis turns over a plane or a side of a box.
 
     n normal of the plane, a axis, p = n x a / |n x a| the level line across it, so that the lowest
     point of a rim of radius r lies at c a + r (a x p) from the centre of mass
