@@ -578,7 +578,8 @@ def _start_substep(
 def _apply_restitution(
     lanes_at_once: int, count: int, rows: Array, scratch: Array, batches: Indices, bodies: Array
 ) -> None:
-    """Apply restitution to all batches until nothing changes."""
+    """Apply restitution to all batches until nothing changes, or to the last what holds."""
+    change = 0.0
     for _ in range(RESTITUTION_ITERATIONS):
         change = 0.0
         if SURFACES:
@@ -612,6 +613,34 @@ def _apply_restitution(
                 patch_friction.apply_restitution(lanes, constraints, patch, scratch)
             if SURFACES:
                 whole_surface.note_changes(lanes, constraints, scratch)
+            solve.scatter_momenta(constraints, scratch, bodies)
+            for lane in range(used):
+                change = max(change, scratch[lane_scratch.LARGEST_CHANGE + lane])
+        if not change > 0.0:
+            break
+    if change > 0.0:
+        _hold(lanes_at_once, count, WIDTH, rows, scratch, batches, bodies)
+
+
+@kernel
+def _hold(
+    lanes_at_once: int, count: int, width: int, rows: Array, scratch: Array, batches: Indices,
+    bodies: Array,
+) -> None:  # fmt: skip
+    """
+    Let what does not bounce hold, see `restitution`: at single points, for one point of a face
+    after the other would turn what is flat.
+    """
+    for _ in range(RESTITUTION_ITERATIONS):
+        change = 0.0
+        for number in range(count):
+            used, lanes = _lanes(number, lanes_at_once, batches)
+            point_count, first = _points(number, batches)
+            if point_count > 1:
+                continue
+            constraints = rows[first - constraint.SIZE : first]
+            solve.gather_momenta(lanes, constraints, scratch, bodies)
+            restitution.hold(lanes, constraints, rows[first : first + width], scratch)
             solve.scatter_momenta(constraints, scratch, bodies)
             for lane in range(used):
                 change = max(change, scratch[lane_scratch.LARGEST_CHANGE + lane])

@@ -9,6 +9,11 @@ v_approach: see `prepare`. Contacts that press but do not bounce keep v_n >= 0, 
 bounces presses on their bodies; others take no part (`islands.bouncing`). Friction acts on
 the impulse of restitution: with that of the substeps it adds up to Coulomb's law for the whole.
 What bounds the energy that comes back is `energy.restitution_bound`.
+
+Where friction of two contacts presses each on the other by more than it got (a ball in a corner,
+the product of the two coefficients above 1), passes never settle: the wall asks for its speed, the
+ground for its own, and each takes what the other gave. Then what holds has the last word: v_n >= 0
+by normal impulses alone, which take energy.
 """
 
 from __future__ import annotations
@@ -17,7 +22,7 @@ from collections.abc import Callable
 from typing import Any
 
 from rigid_body_sim.physics.arrays import Array
-from rigid_body_sim.physics.compile.kernels import slot, specialise
+from rigid_body_sim.physics.compile.kernels import kernel, slot, specialise
 from rigid_body_sim.physics.contact.solver import (
     constraint,
     contact_point,
@@ -85,6 +90,31 @@ def _apply_restitution(lanes: int, constraints: Array, points: Array, scratch: A
         points[lane + contact_point.RESTITUTION_NORMAL] = new
         scratch[lane + lane_scratch.LARGEST_CHANGE] = size if size > largest else largest
         wide_lanes.apply_impulse(scratch, lane, arm_a, arm_b, impulse)
+
+
+@kernel
+def hold(lanes: int, constraints: Array, points: Array, scratch: Array) -> None:
+    """Keep v_n >= 0 at one point of each lane, if it takes part and does not bounce."""
+    for lane in range(lanes):
+        normal, _, _ = wide_lanes.contact_frame(constraints, lane)
+        arm_a, arm_b = wide_lanes.arms(points, lane)
+        velocity = wide_lanes.relative_velocity(constraints, scratch, lane, arm_a, arm_b, True)
+        speed = dot(normal, velocity)
+        more = -points[lane + contact_point.NORMAL_MASS] * (speed if speed < 0.0 else 0.0)
+        old = points[lane + contact_point.RESTITUTION_NORMAL]
+        pressure = (
+            points[lane + contact_point.LARGEST_NORMAL_IMPULSE]
+            + points[lane + contact_point.NORMAL_IMPULSE]
+        )
+        bounces = (points[lane + contact_point.APPROACH_VELOCITY] < 0.0) & (
+            constraints[lane + constraint.RESTITUTION] > 0.0
+        )
+        holds = (pressure > 0.0) & (constraints[lane + constraint.BOUNCES] > 0.0) & (not bounces)
+        more = more if holds & (more > SETTLED * (pressure + old)) else 0.0
+        points[lane + contact_point.RESTITUTION_NORMAL] = old + more
+        largest = scratch[lane + lane_scratch.LARGEST_CHANGE]
+        scratch[lane + lane_scratch.LARGEST_CHANGE] = more if more > largest else largest
+        wide_lanes.apply_impulse(scratch, lane, arm_a, arm_b, scale(more, normal))
 
 
 def visit(*, rubs: bool) -> Callable[..., Any]:
