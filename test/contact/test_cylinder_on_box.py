@@ -134,9 +134,12 @@ def test_what_it_decides_is_the_distance_or_the_depth_by_coal():
     assert decided > 300
 
 
-@settings(max_examples=300)
-@given(st.data())
-def test_any_box_and_cylinder_give_a_finite_manifold(data):
+@pytest.mark.parametrize('draws', [60, pytest.param(300, marks=pytest.mark.long)])
+def test_any_box_and_cylinder_give_a_finite_manifold(draws):
+    settings(max_examples=draws)(given(st.data())(_gives_a_finite_manifold))()
+
+
+def _gives_a_finite_manifold(data):
     sizes = np.array(data.draw(st.tuples(*[LENGTHS] * 5)))
     box = Placed(BOX, sizes[:3], np.array(data.draw(OFFSETS)), data.draw(TURNS))
     along = np.array(data.draw(st.tuples(SHARES, SHARES, SHARES)))

@@ -28,14 +28,15 @@ SPEED = 1e-3  # [-] of the speed: what the sink of a contact in motion, some 1e-
 HOP = 1e-5  # [m] ten times that sink
 
 
+@pytest.mark.parametrize('draws', [2, pytest.param(5, marks=pytest.mark.long)])
 @pytest.mark.parametrize('floor', ghosts.FLOORS)
-def test_a_flush_floor_is_one_surface(floor):
+def test_a_flush_floor_is_one_surface(floor, draws):
     """
     Speed and height stay over random joints, sliding and rolling.
 
     Cylinders roll in the long form.
     """
-    for kind, how, speed, _, error, hop in ghosts.run_floors(floor, MOVERS, 5, OPTIONS):
+    for kind, how, speed, _, error, hop in ghosts.run_floors(floor, MOVERS, draws, OPTIONS):
         assert error < SPEED, (kind, how, speed)
         assert hop < HOP, (kind, how, speed)
 
@@ -88,18 +89,23 @@ def test_flush_prisms_are_seen_along_their_faces_not_along_what_leans_on_one():
         assert hop < HOP, (kind, how, speed)
 
 
-def test_what_misses_keeps_every_bit():
+MISSES = pytest.mark.parametrize('draws', [25, pytest.param(80, marks=pytest.mark.long)])
+
+
+@MISSES
+def test_what_misses_keeps_every_bit(draws):
     """Random pairs that pass at 1e-4 m and more, moving and spinning: exactly nothing."""
-    found = ghosts.run_misses(60, OPTIONS)
-    assert len(found) == 60
+    found = ghosts.run_misses(draws, OPTIONS)
+    assert len(found) == draws
     for label, change in found:
         assert change == 0.0, label
 
 
-def test_what_passes_above_what_stands_keeps_every_bit():
+@MISSES
+def test_what_passes_above_what_stands_keeps_every_bit(draws):
     """The same, level: rims of cylinders that stand pass ends, faces and edges at 1e-4 m."""
-    found = ghosts.run_misses(80, OPTIONS, ghosts.passing_above)
-    assert len(found) == 80
+    found = ghosts.run_misses(draws, OPTIONS, ghosts.passing_above)
+    assert len(found) == draws
     for label, change in found:
         assert change == 0.0, label
 

@@ -44,7 +44,7 @@ def as_hull(half):
     return cases.hull(np.array(list(itertools.product(*([-h, h] for h in half)))))
 
 
-@pytest.mark.parametrize('gap', [-1e-4, 1e-4])
+@pytest.mark.parametrize('gap', [-1e-4, pytest.param(1e-4, marks=pytest.mark.long)])
 @pytest.mark.parametrize(
     ('lower', 'upper'), [(cases.box, cases.box), (cases.box, as_hull), (as_hull, as_hull)]
 )

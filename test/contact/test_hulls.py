@@ -126,10 +126,13 @@ COORDINATES = st.one_of(st.floats(-2.0, 2.0), st.sampled_from((0.0, 1.0, -1.0, 1
 POINTS = st.lists(st.tuples(COORDINATES, COORDINATES, COORDINATES), min_size=1, max_size=20)
 
 
-@settings(max_examples=300)
-@given(POINTS)
-@example([(0.0, 0.0, 0.0)] * 5)
-def test_any_points_give_a_closed_surface_around_them_or_a_clear_refusal(points):
+@pytest.mark.parametrize('draws', [100, pytest.param(300, marks=pytest.mark.long)])
+def test_any_points_give_a_closed_surface_around_them_or_a_clear_refusal(draws):
+    cases = example([(0.0, 0.0, 0.0)] * 5)(given(POINTS)(_give_a_closed_surface_or_a_refusal))
+    settings(max_examples=draws)(cases)()
+
+
+def _give_a_closed_surface_or_a_refusal(points):
     points = np.array(points)
     try:
         solid = hulls.hull(points)

@@ -77,10 +77,11 @@ def two(kinds, seed, *, shift=0.0):
     )  # fmt: skip
 
 
+@pytest.mark.parametrize('draws', [4, pytest.param(12, marks=pytest.mark.long)])
 @pytest.mark.parametrize('kinds', PAIRS)
-def test_no_blow_in_free_flight_is_without_its_impact_and_none_takes_energy(kinds):
+def test_no_blow_in_free_flight_is_without_its_impact_and_none_takes_energy(kinds, draws):
     blows = 0
-    for seed in range(12):
+    for seed in range(draws):
         sim = two(kinds, seed)
         energy = sim.energy()
         for tick in range(100):
@@ -94,7 +95,7 @@ def test_no_blow_in_free_flight_is_without_its_impact_and_none_takes_energy(kind
         # round-off of some ten turns and impacts
         assert sim.energy() == pytest.approx(energy, rel=1e-13), f'seed {seed}'
         assert not sim.overlap_warnings
-    assert blows >= 10
+    assert blows >= draws - 2
 
 
 @pytest.mark.parametrize('kinds', ['box cylinder', 'cylinder hull', 'cylinder cylinder'])

@@ -260,7 +260,7 @@ def _strikes_at(sim, under, across, e):
     np.testing.assert_allclose(places[-1][0], law, rtol=0, atol=1e-12)
 
 
-@pytest.mark.parametrize('looks', [15, pytest.param(50, marks=pytest.mark.long)])
+@pytest.mark.parametrize('looks', [8, pytest.param(50, marks=pytest.mark.long)])
 @pytest.mark.parametrize('make', [ball, box])
 def test_what_bounces_over_rough_ground_keeps_its_energy_and_overlaps_nowhere(make, looks):
     ground = rough(7)

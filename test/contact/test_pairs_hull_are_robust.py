@@ -139,9 +139,13 @@ def test_the_normal_of_a_cylinder_whose_square_lost_digits_is_a_unit_vector(size
     check(found, size)
 
 
-@settings(max_examples=100)
-@given(hard_hulls(), TURNS, TURNS, SHARES)
-def test_a_hull_on_a_plane_touches_with_its_lowest_corner(solid, turn, tilt, share):
+@pytest.mark.parametrize('draws', [40, pytest.param(100, marks=pytest.mark.long)])
+def test_a_hull_on_a_plane_touches_with_its_lowest_corner(draws):
+    cases = given(hard_hulls(), TURNS, TURNS, SHARES)
+    settings(max_examples=draws)(cases(_touches_with_its_lowest_corner))()
+
+
+def _touches_with_its_lowest_corner(solid, turn, tilt, share):
     normal = tilt[2]
     offset = normal @ (turn @ solid.middle) + share * solid.reach
     plane = Shape(PLANE, np.array([*normal, offset]), radius=0.0)
@@ -179,11 +183,11 @@ def test_not_a_number_in_a_pose_touches_nothing(pair):
     assert not len(collide(make[pair[0]], make[pair[1]], pose, nowhere, MARGIN))
 
 
-def digests():
+def digests(draws):
     """Of what the kernels of all pairs find between shapes at random."""
     for pair in PAIRS:
         digest = hashlib.sha256()
-        for case in random_cases(pair, 15, np.random.default_rng(5), shapes=5):
+        for case in random_cases(pair, draws, np.random.default_rng(5), shapes=5):
             found = collide(*case, 0.3)
             digest.update(np.int64(len(found)).tobytes())
             if len(found):
@@ -195,13 +199,15 @@ def digests():
 @pytest.mark.skipif(
     not kernels.COMPILED, reason='numba is not installed: there is nothing to compare with'
 )
-def test_polyhedra_meet_with_the_same_bits_with_and_without_numba(monkeypatch):
-    compiled = dict(digests())
+@pytest.mark.parametrize('draws', [6, pytest.param(15, marks=pytest.mark.long)])
+def test_polyhedra_meet_with_the_same_bits_with_and_without_numba(monkeypatch, draws):
+    compiled = dict(digests(draws))
     inside.run_plain(monkeypatch)
-    assert dict(digests()) == compiled
+    assert dict(digests(draws)) == compiled
 
 
-def test_climbing_finds_the_corner_that_looking_at_each_finds():
+@pytest.mark.parametrize('draws', [100, pytest.param(300, marks=pytest.mark.long)])
+def test_climbing_finds_the_corner_that_looking_at_each_finds(draws):
     rng = np.random.default_rng(3)
     points = rng.normal(size=(400, 3))
     points /= np.linalg.norm(points, axis=1)[:, None]
@@ -209,7 +215,7 @@ def test_climbing_finds_the_corner_that_looking_at_each_finds():
     climbing, looking = packed(solid), packed(solid)
     looking[NEAR] = 0.0
     partner = box((0.4, 0.3, 0.2))
-    for _ in range(300):
+    for _ in range(draws):
         turn = so3.matrix_from_quaternion(so3.normalise(rng.normal(size=4)))
         pose = np.concatenate((rng.normal(size=3) * 0.5, turn.ravel()))
         one, other = (

@@ -115,13 +115,17 @@ def test_a_tilted_hull_on_a_plane_reports_the_corners_within_the_margin_and_no_o
     assert np.allclose(found.places[:, 2], 0.25 + 0.5 * depth, rtol=0.0, atol=1e-15)
 
 
-def test_of_many_corners_near_a_plane_the_one_that_comes_down_first_is_a_point():
+DRAWS = pytest.mark.parametrize('draws', [60, pytest.param(300, marks=pytest.mark.long)])
+
+
+@DRAWS
+def test_of_many_corners_near_a_plane_the_one_that_comes_down_first_is_a_point(draws):
     """
     A hull of fourteen corners, all within the margin, turns by up to 0.4 rad in the tick.
     """
     rng = np.random.default_rng(5)
     plane = Shape(PLANE, np.array([0.0, 0.0, 1.0, 0.0]))
-    for turn in random_turns(rng, 200):
+    for turn in random_turns(rng, draws):
         body = hull(0.1 * rng.normal(size=(14, 3)))
         shift, turned = 0.01 * rng.normal(size=3), rng.uniform(-0.2, 0.2, 3)
         origin = np.array([0.0, 0.0, 0.2])
@@ -140,16 +144,17 @@ def test_of_many_corners_near_a_plane_the_one_that_comes_down_first_is_a_point()
 BLOCK, SLAB = hull(CUBE * (6, 5, 2)), box((3.0, 2.5, 1.0))
 
 
+@pytest.mark.parametrize('draws', [25, pytest.param(60, marks=pytest.mark.long)])
 @pytest.mark.parametrize(
     ('ground', 'kind'), [(BLOCK, 'hull'), (BLOCK, 'cylinder'), (SLAB, 'hull')],
     ids=('hull-hull', 'hull-cylinder', 'box-hull'),
 )  # fmt: skip
-def test_over_the_middle_of_a_face_a_polyhedron_is_ground_as_a_plane_is(ground, kind):
+def test_over_the_middle_of_a_face_a_polyhedron_is_ground_as_a_plane_is(ground, kind, draws):
     """
     Points, gaps, normal and features are those of the plane of the face.
     """
     rng = np.random.default_rng(8)
-    for turn, of_ground in zip(random_turns(rng, 60), random_turns(rng, 60), strict=True):
+    for turn, of_ground in zip(*(random_turns(rng, draws) for _ in range(2)), strict=True):
         body = hull(0.1 * rng.normal(size=(14, 3))) if kind == 'hull' else cylinder(0.2, 0.05)
         x, y = rng.uniform(-1.0, 1.0, 2)
         place = of_ground @ (x, y, 1.0 + rng.uniform(0.15, 0.35)) + (1.0, 2.0, 3.0)
@@ -169,11 +174,12 @@ def test_over_the_middle_of_a_face_a_polyhedron_is_ground_as_a_plane_is(ground, 
             assert np.array_equal(found.features, on_plane.features)
 
 
+@DRAWS
 @pytest.mark.parametrize('pair', PAIRS, ids=name)
-def test_manifold_moves_with_the_two_shapes(pair):
+def test_manifold_moves_with_the_two_shapes(pair, draws):
     rng = np.random.default_rng(11)
-    turns, shifts = random_turns(rng, 300), rng.normal(size=(300, 3))
-    for (a, b, *poses), turn, shift in zip(random_cases(pair, 300, rng), turns, shifts):
+    turns, shifts = random_turns(rng, draws), rng.normal(size=(draws, 3))
+    for (a, b, *poses), turn, shift in zip(random_cases(pair, draws, rng), turns, shifts):
         moved = [
             np.concatenate((turn @ p[:3] + shift, (turn @ p[3:].reshape(3, 3)).ravel()))
             for p in poses
@@ -188,10 +194,11 @@ def test_manifold_moves_with_the_two_shapes(pair):
 
 
 @pytest.mark.parametrize('pair', [(HULL, HULL), (CYLINDER, CYLINDER)], ids=name)
-def test_exchanging_the_two_shapes_turns_the_normal(pair):
+@pytest.mark.parametrize('draws', [200, pytest.param(500, marks=pytest.mark.long)])
+def test_exchanging_the_two_shapes_turns_the_normal(pair, draws):
     rng = np.random.default_rng(12)
     same = hits = 0
-    for a, b, pose_a, pose_b in random_cases(pair, 500, rng):
+    for a, b, pose_a, pose_b in random_cases(pair, draws, rng):
         one, other = collide(a, b, pose_a, pose_b, MARGIN), collide(b, a, pose_b, pose_a, MARGIN)
         assert (len(one) > 0) == (len(other) > 0) or abs(one.gap - MARGIN) < 1e-3
         if not len(one) or not len(other):
@@ -204,7 +211,7 @@ def test_exchanging_the_two_shapes_turns_the_normal(pair):
         assert abs(one.gap - other.gap) < lead
         hits += 1
         same += np.allclose(one.normal, -other.normal, rtol=0.0, atol=1e-9)
-    assert same > 0.9 * hits > 90
+    assert same > 0.9 * hits > 0.18 * draws
 
 
 def test_a_million_metres_from_the_origin_the_manifold_is_the_same():
@@ -237,10 +244,11 @@ def test_a_hull_far_from_the_origin_of_its_shape_meets_as_if_it_were_near():
         assert np.allclose(here.gaps, there.gaps, rtol=0.0, atol=1e-9)
 
 
-def test_small_motion_changes_the_smallest_gap_by_as_little():
+@pytest.mark.parametrize('draws', [25, pytest.param(60, marks=pytest.mark.long)])
+def test_small_motion_changes_the_smallest_gap_by_as_little(draws):
     """Gap and depth are continuous through touching, apart from the gains of the edges."""
     rng = np.random.default_rng(15)
-    for a, b, pose_a, pose_b in random_cases((HULL, HULL), 60, rng):
+    for a, b, pose_a, pose_b in random_cases((HULL, HULL), draws, rng):
         direction = rng.normal(size=3)
         direction /= np.linalg.norm(direction)
         half = min(a.half_width, b.half_width)

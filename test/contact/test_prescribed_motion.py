@@ -76,7 +76,7 @@ def test_moved_body_is_where_its_function_says_and_no_contact_moves_it():
         assert np.array_equal(sim.state.values[0], alone.state.values[0])
 
 
-@pytest.mark.parametrize('dt', [0.001, 0.004])
+@pytest.mark.parametrize('dt', [pytest.param(0.001, marks=pytest.mark.long), 0.004])
 def test_load_rests_on_a_heaving_deck_without_a_hop_with_the_force_of_its_acceleration(dt):
     sim = simulation(moved(motion={'heave': wave(0.5, 3.0, math.pi / 2)}),
                      free(position=(0, 0, 0.6)), dt=dt)  # fmt: skip

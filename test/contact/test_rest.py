@@ -250,7 +250,7 @@ def pile(kind, seed):
     }  # fmt: skip
 
 
-@pytest.mark.parametrize('kind', ['boxes', 'prisms'])
+@pytest.mark.parametrize('kind', [pytest.param('boxes', marks=pytest.mark.long), 'prisms'])
 def test_most_piles_of_what_touches_at_many_corners_come_to_rest(kind):
     """
     Where the four that stand for them changed with every tremble, such piles kept moving, by 160

@@ -128,10 +128,11 @@ def test_labels_of_bodies_change_nothing_beyond_rounding():
         assert np.abs(a - b).max() < 1e-12
 
 
-def test_compiled_and_plain_kernels_give_the_same_bits():
+@pytest.mark.parametrize('how', [[], pytest.param(['in full'], marks=pytest.mark.long)])
+def test_compiled_and_plain_kernels_give_the_same_bits(how):
     """Compiled in this process: as all tests know them."""
     run = subprocess.run(
-        [sys.executable, bits_of_contact.__file__],
+        [sys.executable, bits_of_contact.__file__, *how],
         env={**os.environ, 'RIGID_BODY_SIM_COMPILE': '0', 'PYTHONPATH': ':'.join(PATHS)},
         capture_output=True,
         text=True,
@@ -140,7 +141,7 @@ def test_compiled_and_plain_kernels_give_the_same_bits():
     assert run.returncode == 0, run.stderr
     first, *plain = run.stdout.splitlines()
     assert first == 'False'
-    assert plain == list(bits_of_contact.lines())
+    assert plain == list(bits_of_contact.lines(*how))
 
 
 def test_lists_that_are_too_short_grow_without_a_trace():

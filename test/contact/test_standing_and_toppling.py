@@ -192,7 +192,7 @@ def _has_equilibrium(voussoirs, thickness, friction):
 
 def _least(holds, low, high):
     """Bisect for the least number for which something holds."""
-    for _ in range(20):
+    for _ in range(14):  # to 1e-4, of brackets of 2e-2
         middle = 0.5 * (low + high)
         low, high = (low, middle) if holds(middle) else (middle, high)
     return high
@@ -200,12 +200,9 @@ def _least(holds, low, high):
 
 def test_statics_give_the_least_thickness_and_friction_of_a_semicircular_arch():
     # known for joints everywhere: t/R = 0.1075 of the middle line (Milankovitch 1907), mu = 0.31
-    assert _least(lambda t: _has_equilibrium(101, t, 1.0), 0.05, 0.2) == pytest.approx(
-        0.1075, abs=1e-4
-    )
-    assert _least(lambda mu: _has_equilibrium(41, 0.2, mu), 0.1, 1.0) == pytest.approx(
-        0.31, abs=2e-3
-    )
+    for sign in (-1, 1):
+        assert _has_equilibrium(101, 0.1075 + sign * 1e-4, 1.0) == (sign > 0)
+        assert _has_equilibrium(41, 0.2, 0.31 + sign * 2e-3) == (sign > 0)
 
 
 def _built(voussoirs, thickness, friction):
@@ -216,7 +213,7 @@ def _built(voussoirs, thickness, friction):
     ]
 
 
-@pytest.mark.parametrize('voussoirs', [7, 9])
+@pytest.mark.parametrize('voussoirs', [7, pytest.param(9, marks=pytest.mark.long)])
 def test_an_arch_stands_exactly_above_its_least_thickness(voussoirs):
     least = _least(lambda t: _has_equilibrium(voussoirs, t, 1.0), 0.05, 0.2)
     fell, _ = _fallen(_built(voussoirs, 0.98 * least, 1.0))
@@ -226,14 +223,16 @@ def test_an_arch_stands_exactly_above_its_least_thickness(voussoirs):
     assert np.abs(sim.state.velocity).max() < 1e-4
 
 
-def test_an_arch_stands_exactly_above_its_least_friction():
+@pytest.mark.parametrize('seconds', [9, pytest.param(21, marks=pytest.mark.long)])
+def test_an_arch_stands_exactly_above_its_least_friction(seconds):
     least = _least(lambda mu: _has_equilibrium(7, 0.2, mu), 0.1, 1.0)
     fell, _ = _fallen(_built(7, 0.2, 0.98 * least))
     assert fell > 0.1
     fell, sim = _fallen(_built(7, 0.2, 1.02 * least))
     assert fell < 1e-4
     before = sim.state.position
-    sim.step(40_000)  # 21 s: joints so near their limit slide 0.2 um more before all is at rest
+    # joints so near their limit slide 0.2 um more before all is at rest
+    sim.step(round(seconds / FINE))
     assert np.abs(sim.state.position - before).max() < 1e-6
     assert np.abs(sim.state.velocity).max() < 1e-9
 

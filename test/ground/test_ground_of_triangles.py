@@ -208,15 +208,20 @@ def test_a_wall_in_a_height_field_stops_what_runs_into_it(shape):
     assert velocity[-1, 0] < 0.1 and position[:, 2].min() > height - HEIGHT
 
 
+@pytest.mark.parametrize(
+    'speeds',
+    [(30.0, 500.0), pytest.param((5.0, 30.0, 100.0, 300.0, 500.0), marks=pytest.mark.long)],
+    ids=['two', 'five'],
+)
 @pytest.mark.parametrize('shape', SHAPES)
-def test_nothing_falls_through_at_any_speed(shape):
+def test_nothing_falls_through_at_any_speed(shape, speeds):
     rng = np.random.default_rng(7)
     rough = grid(
         lambda x, y: 0.3 * np.sin(3.0 * x) * np.cos(2.0 * y) + 0.05 * rng.normal(size=x.shape),
         half=4.0, spacing=0.1,
     )  # fmt: skip
     heights = rough.vertices[:, 2].reshape(81, 81)
-    for speed in (5.0, 30.0, 100.0, 300.0, 500.0):
+    for speed in speeds:
         way = rng.normal(size=3)
         way *= speed / np.sqrt(way @ way)
         way[2] = -abs(way[2])
@@ -321,7 +326,15 @@ def samples_of(shape):
 
 
 @pytest.mark.parametrize(
-    ('kind', 'seed'), [('box', 1), ('box', 3), ('box', 5), ('cylinder', 4), ('cylinder', 15)]
+    ('kind', 'seed'),
+    [
+        ('box', 1),
+        ('cylinder', 15),
+        *(
+            pytest.param(*one, marks=pytest.mark.long)
+            for one in (('box', 3), ('box', 5), ('cylinder', 4))
+        ),
+    ],
 )
 def test_what_tumbles_on_rough_ground_is_no_deeper_in_it_than_contacts_tell(kind, seed):
     """
