@@ -6,6 +6,7 @@ The list of pairs that is kept over ticks gives in each tick what comparing all 
 Sets of pairs are compared, and their order: no tolerance.
 """
 
+import itertools
 import math
 from dataclasses import dataclass
 
@@ -158,8 +159,13 @@ RADII = {
 }
 
 
-@pytest.mark.parametrize('kind', RADII)
-@pytest.mark.parametrize('speed', [0.0, 0.05, 2.0, 100.0])
+@pytest.mark.parametrize(
+    ('kind', 'speed'),
+    [
+        pytest.param(*one, marks=() if i % 5 in (0, 3) else pytest.mark.long)
+        for i, one in enumerate(itertools.product(RADII, (0.0, 0.05, 2.0, 100.0)))
+    ],
+)
 def test_a_list_that_is_kept_gives_the_pairs_of_all_with_all(kind, speed):
     rng = np.random.default_rng(len(kind))
     crowd = Crowd(RADII[kind](rng), seed=len(kind), statics=7)

@@ -250,17 +250,24 @@ def pile(kind, seed):
     }  # fmt: skip
 
 
-@pytest.mark.parametrize('kind', [pytest.param('boxes', marks=pytest.mark.long), 'prisms'])
-def test_most_piles_of_what_touches_at_many_corners_come_to_rest(kind):
+@pytest.mark.parametrize(
+    ('kind', 'rest', 'most'),
+    [
+        ('prisms', 1, 3),
+        *(pytest.param(k, 3, 5, marks=pytest.mark.long) for k in ('boxes', 'prisms')),
+    ],
+)
+def test_most_piles_of_what_touches_at_many_corners_come_to_rest(kind, rest, most):
     """
     Where the four that stand for them changed with every tremble, such piles kept moving, by 160
     to 3,900 um/s; half of the least of that is allowed. Of twenty seeds half of the piles of boxes
     and three in four of prisms move by less than 20, one in six by more than 80: so it is the
-    middle one of five: of three, one in five drawings would fail.
+    middle one of five: of three, one in five drawings would fail. In the short form one of up to
+    three rests: of those that kept moving, none.
     """
     speeds = []
-    while sum(speed < 8e-5 for speed in speeds) < 3:  # what is left can change nothing more
-        assert len(speeds) < 5, speeds
+    while sum(speed < 8e-5 for speed in speeds) < rest:  # what is left can change nothing more
+        assert len(speeds) < most, speeds
         sim = Simulation(load_scene(pile(kind, 7 - len(speeds))))
         sim.step(1000)
         squares = []

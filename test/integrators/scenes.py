@@ -47,11 +47,11 @@ def of_fixed_step(names=tuple(INTEGRATORS)):
     return sorted(name for name in names if not INTEGRATORS[name].controls_its_error)
 
 
-def oscillator(*, dt, stiffness=4.0, damping=0.0, position=1.0):
-    """A point mass of 1 kg on a spring along x."""
+def oscillator(*, dt, stiffness=4.0, damping=0.0, position=1.0, shape=None):
+    """A point mass of 1 kg on a spring along x, or a body of a shape."""
     ball = {
         'name': 'ball',
-        'shape': {'type': 'particle'},
+        'shape': shape or {'type': 'particle'},
         'mass': 1.0,
         'initial': {'position': [position, 0.0, 0.0]},
     }

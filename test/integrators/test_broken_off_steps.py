@@ -95,7 +95,9 @@ def lawful():
     return found
 
 
-@pytest.mark.parametrize('more', [(), (3,)], ids=['one', 'two'])
+@pytest.mark.parametrize(
+    'more', [(), pytest.param((3,), marks=pytest.mark.long)], ids=['one', 'two']
+)
 def test_an_interrupt_anywhere_leaves_tick_and_state_that_belong_together(lawful, more):
     for _ in range(2):  # Python counts instructions from the second time on
         with Interrupt() as seen:

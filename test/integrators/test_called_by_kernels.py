@@ -182,8 +182,13 @@ for words in sys.argv[1:]:
 """
 
 
-def test_who_wants_indices_checked_gets_no_piece_that_was_kept_without(tmp_path):
-    """Nor the other way round."""
+@pytest.mark.parametrize(
+    'others', [[], pytest.param([{'NUMBA_OPT': '3'}], marks=pytest.mark.long)]
+)
+def test_who_wants_indices_checked_gets_no_piece_that_was_kept_without(tmp_path, others):
+    """
+    Nor the other way round. In the long form also by way of numba, to which any setting leads.
+    """
     program = tmp_path / 'far.py'
     program.write_text(FAR)
 
@@ -196,10 +201,11 @@ def test_who_wants_indices_checked_gets_no_piece_that_was_kept_without(tmp_path)
         return done.stdout.split()
 
     assert run('2 0') == ['5.0']
-    assert run('2 0', NUMBA_OPT='3') == ['5.0']  # any setting of numba's: by way of it
+    for other in others:
+        assert run('2 0', **other) == ['5.0']
     checked = run('4 0', '2 3', '2 0', NUMBA_BOUNDSCHECK='1')
     assert checked == ['refused', 'refused', '5.0']
-    for unchecked in ({}, {'NUMBA_OPT': '3'}):
+    for unchecked in ({}, *others):
         (beside,) = run('4 0', **unchecked)  # a number beside the array
         assert beside != 'refused'
 

@@ -29,7 +29,8 @@ ROOT = str(Path(__file__).parents[2])
     [
         pytest.param(bits_of_methods, [], id='methods'),
         pytest.param(bits_of_methods, ['in full'], id='methods in full', marks=pytest.mark.long),
-        pytest.param(bits_of_elements, [], id='forces'),
+        pytest.param(bits_of_elements, bits_of_elements.SHORT, id='forces'),
+        pytest.param(bits_of_elements, [], id='forces on more methods', marks=pytest.mark.long),
     ],
 )
 def test_every_integrator_and_force_gives_the_same_bits_with_and_without_numba(bits, how):

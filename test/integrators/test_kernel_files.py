@@ -145,6 +145,7 @@ def bits_of_a_run(cache):
     return result.stdout
 
 
+@pytest.mark.long  # in the short form: of images in test_images, of their parts in test_pieces
 def test_a_run_mends_a_damaged_cache_and_keeps_its_bits(tmp_path):
     expected = bits_of_a_run(tmp_path)
     written = sorted(tmp_path.rglob('*.kernel'))

@@ -77,7 +77,9 @@ def test_a_tolerance_can_be_asked_for():
     assert errors[1] < 1e-8 < 1e-6 < errors[0]
 
 
-@pytest.mark.parametrize('name', ['scipy_dop853', 'scipy_radau'])
+@pytest.mark.parametrize(
+    'name', [pytest.param('scipy_dop853', marks=pytest.mark.long), 'scipy_radau']
+)
 def test_a_solver_that_fails_stops_the_run(name):
     sim = Simulation(scenes.top(omega=(1e149, 1e149, 1e148), dt=1.0), integrator=name)
     with pytest.raises(SimulationDiverged, match='scipy'):

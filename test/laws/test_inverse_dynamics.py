@@ -80,7 +80,7 @@ def test_acceleration_of_a_rotation_about_a_fixed_axis():
     assert derived.force is None
 
 
-@pytest.mark.parametrize('noise', [1e-9, 1e-6])
+@pytest.mark.parametrize('noise', [pytest.param(1e-9, marks=pytest.mark.long), 1e-6])
 def test_the_error_by_noise_is_foretold(noise):
     t = np.arange(0.0, 10.0, 0.02)
     position, velocity, force = spring_motion(t)
@@ -131,7 +131,9 @@ def turned(time, rows):
     return np.append(0.0, np.cumsum(stretches))[i] + np.log(within / moments[i]) / slopes[i]
 
 
-@pytest.mark.parametrize('seed', range(12))
+@pytest.mark.parametrize(
+    'seed', [*range(4), *(pytest.param(seed, marks=pytest.mark.long) for seed in range(4, 12))]
+)
 def test_a_free_body_has_no_torque_at_rows_of_its_inertia_wherever_samples_lie(seed):
     """
     The record begins and ends at rows, and has some inside: of the two rates of omega and of I

@@ -97,8 +97,9 @@ CALLS = {  # of a simulation and of what is odd
 def test_what_is_odd_works_or_is_refused_in_one_line(call, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     scene = rbs.load_scene('two_bodies')
+    wants_simulation = CALLS[call].__code__.co_varnames[0] != '_'
     for odd in ODD:
-        sim = rbs.Simulation(scene)
+        sim = rbs.Simulation(scene) if wants_simulation else None
         try:
             CALLS[call](sim, odd)
         except REFUSALS as error:

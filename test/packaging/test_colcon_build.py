@@ -116,6 +116,7 @@ for program in sys.argv[1:]:
 """
 
 
+@pytest.mark.long  # in the short form, of what pip installs by the same setup.py: test_pip_install
 def test_each_verb_is_an_executable_that_starts(workspace, installed, environment):
     """
     As the system starts it: one of them. Of the others what it reads there, the mark of an
@@ -141,7 +142,15 @@ def test_each_verb_is_an_executable_that_starts(workspace, installed, environmen
         assert end.startswith(f'0 after {programs[verb]}'), end
 
 
+@pytest.mark.long
 def test_every_config_file_is_installed_below_share(installed):
+    assert_has_every_config_file(installed)
+
+
+def assert_has_every_config_file(installed):
+    """
+    Whether share holds all that `config` does, and what ROS finds a package by.
+    """
     kept = {path.relative_to(ROOT) for path in (ROOT / 'config').rglob('*') if path.is_file()}
     share = installed / 'share' / NAME
     assert {

@@ -117,6 +117,14 @@ for dt in (0.02, 0.01):
 print(json.dumps(errors))
 """
 
+VERBS = """
+import sys
+from rigid_body_sim.__main__ import main
+for words in sys.argv[1:]:
+    code = main(words.split())
+sys.exit(code)
+"""
+
 
 @pytest.fixture(scope='module')
 def extended(tmp_path_factory):
@@ -153,17 +161,13 @@ def test_a_force_and_an_integrator_are_each_added_by_one_file(extended):
 
 
 def test_verbs_know_what_was_added(extended):
-    verb = ('-m', 'rigid_body_sim')
-    result = called(
-        extended, *verb, 'simulate', 'circle.yaml', '-o', 'run', '--duration', '1', '--json'
-    )
-    assert result.returncode == 0, result.stderr
-    report = json.loads(result.stdout)
+    (extended / 'wrong.yaml').write_text(SCENE.replace('field', 'feild'))
+    simulate = ('simulate', 'circle.yaml', '-o', 'run', '--duration', '1', '--json')
+    verbs = simulate, ('replay', 'run', '--json'), ('simulate', 'wrong.yaml', '-o', 'none')
+    result = called(extended, '-c', VERBS, *map(' '.join, verbs))
+    assert result.returncode == 2, result.stderr
+    report, replayed = map(json.loads, result.stdout.splitlines())
     assert report['integrator'] == 'ralston3'
     assert report['energy_drift'] < 1e-6  # truncation; the field does no work
-    result = called(extended, *verb, 'replay', 'run', '--json')
-    assert json.loads(result.stdout)['identical'] is True
-    (extended / 'wrong.yaml').write_text(SCENE.replace('field', 'feild'))
-    result = called(extended, *verb, 'simulate', 'wrong.yaml', '-o', 'none')
-    assert result.returncode == 2
+    assert replayed['identical'] is True
     assert "forces[0].feild: unknown key; did you mean 'field'?" in result.stderr

@@ -12,7 +12,7 @@ import sys
 import pytest
 
 from ..patience import HANGING
-from .test_colcon_build import NAME, VERBS, copy_parts
+from .test_colcon_build import NAME, VERBS, assert_has_every_config_file, copy_parts
 
 
 @pytest.fixture(scope='module')
@@ -67,5 +67,5 @@ def test_ros2_run_finds_each_verb(prefix):
     programs = prefix / 'lib' / NAME
     assert sorted(path.name for path in programs.iterdir()) == VERBS
     assert all(os.access(path, os.X_OK) for path in programs.iterdir())
-    assert (prefix / 'share/ament_index/resource_index/packages' / NAME).is_file()
+    assert_has_every_config_file(prefix)
     assert 'box' in say(prefix, programs / 'inspect', 'two_bodies')

@@ -36,13 +36,26 @@ forces:
 COMMANDS = 'time,body,kind,frame,fx,fy,fz,tx,ty,tz\n0.6,box,wrench,world,1,2,3,0.01,0.02,0.03\n'
 
 
-@pytest.fixture
-def recorded(tmp_path, verb):
-    (tmp_path / 'scene.yaml').write_text(SCENE)
-    (tmp_path / 'commands.csv').write_text(COMMANDS)
-    path = tmp_path / 'run'
-    words = ('--duration', 1.2, '--commands', tmp_path / 'commands.csv')
-    assert verb('simulate', tmp_path / 'scene.yaml', '-o', path, *words)[0] == 0
+def simulated(folder, scene, commands, *words):
+    """The bag of 1.2 s of a scene under commands."""
+    (folder / 'scene.yaml').write_text(scene)
+    (folder / 'commands.csv').write_text(commands)
+    words = ('--duration', 1.2, '--commands', folder / 'commands.csv', *words)
+    words = ('simulate', folder / 'scene.yaml', '-o', folder / 'run', *words)
+    assert main([str(word) for word in words]) == 0
+    return folder / 'run'
+
+
+@pytest.fixture(scope='module')
+def recorded(tmp_path_factory):
+    return simulated(tmp_path_factory.mktemp('recorded'), SCENE, COMMANDS)
+
+
+@pytest.fixture(scope='module')
+def derived(recorded):
+    """The bag that `inverse` makes of a run."""
+    path = recorded.parent / 'derived'
+    assert main(['inverse', str(recorded), '-o', str(path)]) == 0
     return path
 
 
@@ -78,9 +91,8 @@ def test_twist_acceleration_and_wrench_of_a_run_come_back(recorded, tmp_path, as
     assert not np.any(wrench[:, 3:])
 
 
-def test_a_command_is_found_from_the_motion_alone(recorded, tmp_path, as_json):
-    assert as_json('inverse', recorded, '-o', tmp_path / 'new')[0] == 0
-    new = Bag(tmp_path / 'new')
+def test_a_command_is_found_from_the_motion_alone(derived):
+    new = Bag(derived)
     wrench = column(new, '/box/wrench')
     times = np.array([message.log_time for message in new.messages(['/box/wrench'])]) * 1e-9
     acts = (times > 0.6 - 1e-6)[:, None]
@@ -89,9 +101,8 @@ def test_a_command_is_found_from_the_motion_alone(recorded, tmp_path, as_json):
     assert wrench == pytest.approx(np.where(acts, [1, 2, 3, 0.01, 0.02, 0.03], 0.0), abs=1e-4)
 
 
-def test_the_new_bag_is_one_that_other_programs_read(recorded, tmp_path, as_json):
-    as_json('inverse', recorded, '-o', tmp_path / 'new')
-    with AnyReader([tmp_path / 'new']) as reader:
+def test_the_new_bag_is_one_that_other_programs_read(derived):
+    with AnyReader([derived]) as reader:
         kinds = {connection.topic: connection.msgtype for connection in reader.connections}
         assert kinds['/box/accel'] == 'geometry_msgs/msg/AccelStamped'
         connection = next(c for c in reader.connections if c.topic == '/box/accel')
@@ -100,11 +111,13 @@ def test_the_new_bag_is_one_that_other_programs_read(recorded, tmp_path, as_json
         assert message.header.frame_id == 'world'
         assert message.header.stamp.sec * 10**9 + message.header.stamp.nanosec == stamp
     assert '/post/wrench' not in kinds
-    report = json.loads(Bag(tmp_path / 'new').attachments['inverse.json'])
+    report = json.loads(Bag(derived).attachments['inverse.json'])
     assert set(report['bodies']) == {'ball', 'box', 'post'}
 
 
-def test_poses_from_a_csv_file_give_the_same_as_those_of_a_bag(recorded, tmp_path, as_json):
+def test_poses_from_a_csv_file_give_the_same_as_those_of_a_bag(
+    recorded, derived, tmp_path, as_json
+):
     lines = ['time,body,px,py,pz,qx,qy,qz,qw']
     bag = Bag(recorded)
     for topic in ('/ball/pose', '/box/pose'):
@@ -124,11 +137,10 @@ def test_poses_from_a_csv_file_give_the_same_as_those_of_a_bag(recorded, tmp_pat
     path = tmp_path / 'poses.csv'
     path.write_text('\n'.join(lines) + '\n')
     code, result = as_json(
-        'inverse', path, '-o', tmp_path / 'csv', '--scene', tmp_path / 'scene.yaml'
+        'inverse', path, '-o', tmp_path / 'csv', '--scene', recorded.parent / 'scene.yaml'
     )
     assert code == 0 and result['bodies']['box']['wrench']
-    as_json('inverse', recorded, '-o', tmp_path / 'new')
-    a, b = Bag(tmp_path / 'csv'), Bag(tmp_path / 'new')
+    a, b = Bag(tmp_path / 'csv'), Bag(derived)
     assert np.array_equal(column(a, '/ball/wrench'), column(b, '/ball/wrench'))
     code, result = as_json('inverse', path, '-o', tmp_path / 'massless')
     assert code == 0 and not result['bodies']['box']['wrench']
@@ -187,10 +199,9 @@ def test_people_read_the_estimated_errors(recorded, tmp_path, verb):
     assert 'post: 121 samples' in out and 'no wrench' in out
 
 
-def test_the_new_bag_is_whole_and_says_that_it_holds_no_run(recorded, tmp_path, verb):
-    verb('inverse', recorded, '-o', tmp_path / 'new')
-    assert verb('bag', 'check', tmp_path / 'new')[0] == 0
-    code, _, err = verb('replay', tmp_path / 'new')
+def test_the_new_bag_is_whole_and_says_that_it_holds_no_run(recorded, derived, verb):
+    assert verb('bag', 'check', derived)[0] == 0
+    code, _, err = verb('replay', derived)
     assert code == 2
     assert f'holds no run of rigid_body_sim, but what inverse derived from {recorded.name}' in err
 
@@ -205,6 +216,8 @@ bodies:
     shape: {type: box, size: [0.3, 0.2, 0.1]}
     mass: 1.5
     initial: {velocity: [0.3, -0.2, 2], angular_velocity: [1.0, 2.0, 0.5]}
+forces:
+  - {type: constant, body: box, force: [0, 0, 0]}  # for a kernel that others have
 """
 JUMPY_COMMANDS = """time,body,kind,frame,fx,fy,fz,tx,ty,tz
 0.2503,box,wrench,world,1,2,-1,0.01,0.02,0
@@ -218,12 +231,7 @@ JUMPY_COMMANDS = """time,body,kind,frame,fx,fy,fz,tx,ty,tz
 def jumpy(tmp_path_factory):
     """A run with jumps in both axes between and at samples, published at 1 kHz, and its truth."""
     folder = tmp_path_factory.mktemp('jumpy')
-    (folder / 'scene.yaml').write_text(JUMPY)
-    (folder / 'commands.csv').write_text(JUMPY_COMMANDS)
-    words = ['simulate', folder / 'scene.yaml', '-o', folder / 'run', '--duration', 1.2]
-    words += ['--publish-rate', 1000, '--commands', folder / 'commands.csv']
-    assert main([str(word) for word in words]) == 0
-    return folder / 'run'
+    return simulated(folder, JUMPY, JUMPY_COMMANDS, '--publish-rate', 1000)
 
 
 def thinned(bag, path, every):
@@ -357,7 +365,7 @@ def test_jumps_that_last_are_told_with_their_times(tmp_path, verb):
 def test_noise_is_smoothed_and_its_band_is_written(tmp_path, as_json, verb):
     random = np.random.default_rng(5)
     lines = ['time,body,px,py,pz']
-    for k in range(1000):
+    for k in range(500):
         t = k * 1e-3
         place = np.array([np.sin(3 * t), t, 0.0]) + 1e-6 * random.standard_normal(3)
         lines.append(','.join([f'{t:.3f}', 'box', *map(repr, place.tolist())]))
@@ -370,8 +378,8 @@ def test_noise_is_smoothed_and_its_band_is_written(tmp_path, as_json, verb):
     assert smoothing['noise'] == pytest.approx(1e-6, rel=0.1) and smoothing['smoothed']
     new = Bag(tmp_path / 'new')
     wrench, band = column(new, '/box/wrench'), column(new, '/box/wrench_std')
-    true = np.zeros((1000, 3))
-    true[:, 0] = -1.5 * 9.0 * np.sin(3e-3 * np.arange(1000))
+    true = np.zeros((500, 3))
+    true[:, 0] = -1.5 * 9.0 * np.sin(3e-3 * np.arange(500))
     wrong = wrench[:, :3] - true
     rms = np.sqrt(np.mean(np.sum(np.square(wrong), axis=1)))
     assert rms < 0.02  # [N]; unsmoothed 12 N
@@ -383,7 +391,7 @@ def test_noise_is_smoothed_and_its_band_is_written(tmp_path, as_json, verb):
 
 
 def test_what_is_known_of_the_ends_is_kept(jumpy, tmp_path, as_json, verb):
-    words = ['inverse', jumpy, '-o']
+    words = ['inverse', thinned(jumpy, tmp_path / 'thin', 10), '-o']
     ends = ['--start-velocity', 1, 2, 3, '--end-velocity', 4, 5, 6]
     assert as_json(*words, tmp_path / 'given', *ends, '--body', 'box')[0] == 0
     twist = column(Bag(tmp_path / 'given'), '/box/twist')

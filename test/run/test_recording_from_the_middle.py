@@ -131,11 +131,14 @@ def replayed(path):
     ids=['states', 'contacts', 'views', 'phase'],
 )
 @pytest.mark.parametrize('mode', ['event', 'timestep'])
-def test_a_recording_begun_and_ended_at_any_ticks_replays_identically(tmp_path, mode, settings):
+@pytest.mark.parametrize('draws', [3, pytest.param(8, marks=pytest.mark.long)])
+def test_a_recording_begun_and_ended_at_any_ticks_replays_identically(
+    tmp_path, mode, settings, draws
+):
     draw = np.random.default_rng(20)
     run = bouncing(mode, **settings)
     waiting = 0
-    for number in range(8):
+    for number in range(draws):
         idle, ticks = draw.integers(1, 25, size=2).tolist()
         for _ in range(idle):
             run.advance(1)
@@ -186,8 +189,8 @@ def test_a_run_that_diverged_tells_the_impacts_of_the_ticks_before(tmp_path):
         'shape': {'type': 'particle'},
         'initial': {'position': [0.01, 0, 5.0]},
     }
-    # beyond 10^150 m in tick 65
-    spring = {'type': 'spring', 'a': 'wild', 'b': 'world', 'stiffness': 1e8}
+    # beyond 10^150 m in tick 40
+    spring = {'type': 'spring', 'a': 'wild', 'b': 'world', 'stiffness': 1e10}
     bodies = [*BOUNCING['bodies'], wild]
     scene = load_scene({**BOUNCING, 'bodies': bodies, 'forces': [spring]})
     run = Run(Simulation(scene), RunSettings(publish_every=1000))

@@ -51,7 +51,7 @@ def begun(tmp_path):
 @pytest.mark.parametrize(
     ('numbers', 'code', 'name'),
     [
-        ([signal.SIGINT], 130, 'Ctrl-C'),
+        pytest.param([signal.SIGINT], 130, 'Ctrl-C', marks=pytest.mark.long),
         ([signal.SIGTERM] * 3, 143, 'SIGTERM'),
     ],
 )

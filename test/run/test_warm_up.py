@@ -68,15 +68,15 @@ def test_a_scene_is_compiled_once_and_leaves_an_image_and_bitcode(tmp_path):
     ]
 
 
-def test_what_cannot_be_made_ready_is_said_before_anything_is(tmp_path):
-    for words, environment, said in (
-        (['no_such', 'free_fall'], {}, 'no such file'),
-        (['free_fall'], {'RIGID_BODY_SIM_COMPILE': '0'}, 'nothing is compiled here'),
-        (['free_fall', '-j', '0'], {}, 'must be 1 or more'),
+def test_what_cannot_be_made_ready_is_said_before_anything_is(tmp_path, verb):
+    plain = warm_up(tmp_path, 'free_fall', RIGID_BODY_SIM_COMPILE='0')
+    for (code, out, err), said in (
+        (verb('warm-up', 'no_such', 'free_fall'), 'no such file'),
+        ((plain.returncode, plain.stdout, plain.stderr), 'nothing is compiled here'),
+        (verb('warm-up', 'free_fall', '-j', '0'), 'must be 1 or more'),
     ):
-        done = warm_up(tmp_path, *words, **environment)
-        assert (done.returncode, done.stdout) == (2, '')
-        (line,) = done.stderr.splitlines()
+        assert (code, out) == (2, '')
+        (line,) = err.splitlines()
         assert said in line
 
 

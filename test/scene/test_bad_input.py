@@ -59,13 +59,14 @@ def test_a_number_of_json_is_that_number(number: float) -> None:
 
 
 @settings(max_examples=60, deadline=None)
-@given(st.from_regex(r'\A[0-9]{1,3}[0-9xXob_:.eE+-]{0,4}\Z'))
-def test_a_number_that_is_accepted_is_what_json_reads(text: str) -> None:
+@given(st.text('0123456789', min_size=1, max_size=3), st.text('0123456789xXob_:.eE+-', max_size=4))
+def test_a_number_that_is_accepted_is_what_json_reads(begin: str, end: str) -> None:
+    text = begin + end
     try:
         found = mass(text)
     except UserError:
         return
-    assert found == json.loads(f'{text}0' if text.endswith('.') else text.replace('.e', '.0e'))
+    assert found == json.loads(f'{text}0' if text.endswith('.') else text.lower().replace('.e', '.0e'))
 
 
 def test_commands_of_a_table_are_numbers_in_the_same_sense(tmp_path: Path) -> None:

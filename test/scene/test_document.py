@@ -130,9 +130,12 @@ def test_lines_are_those_of_the_text():
     assert read.line(('bodies', 7, 'mass')) == 3
 
 
-@settings(max_examples=200, deadline=None)
-@given(MAPPINGS)
-def test_a_mapping_is_written_as_pyyaml_writes_it(content):
+@pytest.mark.parametrize('draws', [60, pytest.param(200, marks=pytest.mark.long)])
+def test_a_mapping_is_written_as_pyyaml_writes_it(draws):
+    settings(max_examples=draws)(given(MAPPINGS)(_is_written_as_pyyaml_writes_it))()
+
+
+def _is_written_as_pyyaml_writes_it(content):
     try:
         expected = yaml_by_emitter(content)
     except yaml.YAMLError:

@@ -28,6 +28,8 @@ SLOPE = 0.1  # what the order may differ by: the next term of the error at these
 STEPS = {1: (2e-4, 1e-4), 2: (0.002, 0.001), 4: (0.004, 0.002), 8: (0.04, 0.025)}
 STEPS_OF = {'blanes_moan4': (0.02, 0.0125), 'lie_rk4': (0.002, 0.001)}
 SHORT = ('blanes_moan4', 'dmv6', 'implicit_midpoint', 'linearly_implicit', 'rk4')
+FEW = 0.25  # [s] whose ticks take less as plain source than compiling
+PLAIN = ('dmv6', 'implicit_midpoint')
 
 
 def top(dt):
@@ -70,16 +72,23 @@ def names():
         if not method.controls_its_error and method.refuses(top(0.01)) is None
     ]
     return [
-        pytest.param(name, marks=() if name in SHORT else pytest.mark.long)
-        for name in sorted(fixed)
+        *((name, FEW) for name in PLAIN),
+        *(
+            pytest.param(
+                name, 1.0, marks=pytest.mark.long if name in PLAIN or name not in SHORT else ()
+            )
+            for name in sorted(fixed)
+        ),
     ]
 
 
-@pytest.mark.parametrize('name', names())
-def test_heavy_top_converges_with_the_claimed_order(name):
+@pytest.mark.parametrize(('name', 'seconds'), names())
+def test_heavy_top_converges_with_the_claimed_order(name, seconds, request):
+    if seconds == FEW:
+        request.getfixturevalue('plain_source')
     order = INTEGRATORS[name].order
     steps = STEPS_OF.get(name) or STEPS[order]
-    errors = [error(name, h) for h in steps]
+    errors = [error(name, h, seconds=seconds) for h in steps]
     for (g, a), (h, b) in itertools.pairwise(zip(steps, errors, strict=True)):
         assert math.log(a / b) / math.log(g / h) == pytest.approx(order, abs=SLOPE)
 

@@ -79,7 +79,9 @@ def test_a_dask_cluster_makes_the_same_bytes_also_when_a_worker_dies(undisturbed
     assert (tmp_path / 'killed.parquet').read_bytes() == undisturbed
 
 
-@pytest.mark.parametrize('who', [['worker'], ['nursery', 'worker']])
+@pytest.mark.parametrize(
+    'who', [pytest.param(['worker'], marks=pytest.mark.long), ['nursery', 'worker']]
+)
 def test_a_process_that_is_killed_loses_no_run(undisturbed, tmp_path, who):
     seen, killed = {}, []
 
