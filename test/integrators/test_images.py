@@ -92,16 +92,15 @@ def images_of(cache):
     return sorted(folder.glob('*.kernel'))
 
 
-def test_image_numba_and_plain_source_give_the_same_bits(expected, tmp_path):
-    ways = {
-        'image': expected,
-        'numba': run(tmp_path, NUMBA_OPT='3'),  # any setting of numba's
-        'plain': run(tmp_path, RIGID_BODY_SIM_COMPILE='0'),
-    }
-    assert {way: imported for way, (imported, _) in ways.items()} == {
-        'image': 'False', 'numba': 'True', 'plain': 'False',
-    }  # fmt: skip
-    assert len({bits for _, bits in ways.values()}) == 1
+def test_image_and_plain_source_give_the_same_bits(expected, tmp_path):
+    """And numba, where the cache cannot be written, see below."""
+    plain = run(tmp_path, RIGID_BODY_SIM_COMPILE='0')
+    assert expected[0] == 'False' and plain == expected
+
+
+@pytest.mark.long
+def test_a_setting_of_numba_leads_by_way_of_it_to_the_same_bits(expected, tmp_path):
+    assert run(tmp_path, NUMBA_OPT='3') == ['True', expected[1]]
 
 
 def test_what_is_damaged_or_not_ours_is_made_anew(cache, expected):

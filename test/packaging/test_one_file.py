@@ -131,7 +131,7 @@ def extended(tmp_path_factory):
     """A folder with the package and two files more, and a scene."""
     folder = tmp_path_factory.mktemp('extended')
     copy = folder / 'rigid_body_sim'
-    shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns('__pycache__'))
+    shutil.copytree(PACKAGE, copy)  # with what Python has compiled of it
     (copy / 'physics' / 'forces' / 'elements' / 'lorentz.py').write_text(FORCE)
     (copy / 'physics' / 'integration' / 'integrators' / 'ralston3.py').write_text(INTEGRATOR)
     (folder / 'circle.yaml').write_text(SCENE)

@@ -38,8 +38,8 @@ def build(page, folder):
     A block whose paragraph ends with a path and a colon is that file, or what changes in it; YAML
     is the scene; any other block of Python is a check.
     """
-    for room in ('rigid_body_sim', 'config'):
-        shutil.copytree(ROOT / room, folder / room, ignore=shutil.ignore_patterns('__pycache__'))
+    for room in ('rigid_body_sim', 'config'):  # with what Python has compiled of it
+        shutil.copytree(ROOT / room, folder / room)
     text = page.read_text(encoding='utf-8')
     checks = []
     for block in BLOCK.finditer(text):

@@ -39,6 +39,7 @@ from rigid_body_sim.testing.domains import DomainLease  # noqa: E402
 from rigid_body_sim.testing.surroundings import PROFILE, PROFILE_VARIABLES  # noqa: E402
 
 from .. import inside  # noqa: E402
+from ..nursery import Nursery  # noqa: E402
 from ..patience import HANGING, PATIENCE  # noqa: E402
 
 ROOT = Path(__file__).parents[2]
@@ -91,6 +92,18 @@ def isolated():
     """
     with isolation():
         yield
+
+
+NURSERY = Nursery()
+
+
+@pytest.fixture(scope='session', autouse=True)
+def nursery():
+    """
+    Where nodes come from; it ends behind the last of them.
+    """
+    yield
+    NURSERY.end()
 
 
 class Peer:
@@ -259,28 +272,28 @@ class NodeProcess:
     def __init__(self, folder, *, namespace, parameters, more=(), preexec=None):
         self.folder = folder
         self.namespace = namespace
-        words = [word for name, value in parameters.items() for word in ('-p', f'{name}:={value}')]
-        command = [
-            sys.executable,
-            '-m',
-            'rigid_body_sim',
-            'sim_node',
-            '--ros-args',
-            '-r',
-            f'__ns:={namespace}',
+        words = ['sim_node', '--ros-args', '-r', f'__ns:={namespace}']
+        words += [
+            word for name, value in parameters.items() for word in ('-p', f'{name}:={value}')
         ]
+        words += more
         self._lines = []
         self._ended = False
         self._changed = threading.Condition()
-        self.process = subprocess.Popen(
-            [*command, *words, *more],
-            cwd=folder,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            encoding='utf-8',
-            errors='replace',  # a node that is killed may leave half a letter
-            preexec_fn=preexec,
-        )
+        plain = os.environ['RIGID_BODY_SIM_COMPILE'] == '0'
+        own = preexec is not None or (Path(folder) / 'rigid_body_sim').exists()
+        if plain and not own and NURSERY.takes(os.environ):
+            self.process = NURSERY.start(words, folder, os.environ)
+        else:
+            self.process = subprocess.Popen(
+                [sys.executable, '-m', 'rigid_body_sim', *words],
+                cwd=folder,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                encoding='utf-8',
+                errors='replace',  # a node that is killed may leave half a letter
+                preexec_fn=preexec,
+            )
         self._reader = threading.Thread(target=self._read, name='reader of the node', daemon=True)
         self._reader.start()
 

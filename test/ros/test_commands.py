@@ -141,7 +141,7 @@ def test_what_cannot_be_honoured_is_refused_counted_and_named(lab, messages, nam
     assert all(math.isfinite(v) and v == 0 for a in applied for v in (*a.force, *a.torque))
 
 
-@pytest.mark.parametrize('dt', [0.001, 0.02])
+@pytest.mark.parametrize('dt', [pytest.param(0.001, marks=pytest.mark.long), 0.02])
 def test_an_impulse_is_the_same_whatever_the_tick_length(start_node, meet, messages, dt):
     node = start_node(dt=dt, start_paused='true', publish_rate=1 / dt)
     peer = meet(node)

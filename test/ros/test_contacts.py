@@ -60,6 +60,7 @@ def test_contacts_are_published_and_recorded_and_replay(start_node, meet, run_ve
     assert outcome['identical'], outcome
 
 
+@pytest.mark.long  # in the short form: of a scene with impacts, in test_live_page
 def test_contacts_are_off_by_default(start_node, tower):
     node = start_node(scene=tower, record='true', record_path='live', stop_time=0.1)
     assert node.wait() == 0

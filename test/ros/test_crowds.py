@@ -63,7 +63,9 @@ def heard(folder, *words, profile=''):
     [
         (['own', '-r', '__ns:=/lab', '-r', '/tf:=tf', '-p', 'scene:=force'], 0),
         (['own', '-r', 'a/applied_wrench:=b/wrench'], 1),
-        (['own', '--remap', 'a/impulse:=/a/contact_wrench'], 1),
+        pytest.param(
+            ['own', '--remap', 'a/impulse:=/a/contact_wrench'], 1, marks=pytest.mark.long
+        ),
         (['shared', '-r', '__ns:=/lab'], 1),
     ],
 )

@@ -12,6 +12,7 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 
+from rigid_body_sim.analysis.recorded_contacts import contact_topics
 from rigid_body_sim.analysis.recorded_impacts import read_impacts
 from rigid_body_sim.errors import RunError
 from rigid_body_sim.recording import cdr
@@ -90,6 +91,7 @@ def test_impacts_of_a_node_are_published_recorded_and_in_its_live_page(
     peer.until(lambda: len(told) > 3, 'impacts')
     assert node.stop(signal.SIGINT) == 0
     bag = Bag(node.folder / 'live')
+    assert not contact_topics(bag)  # they are off by default
     whole = read_impacts(bag)
     fall = np.sqrt(2 * 0.05 / 9.81)  # [s]
     expected = fall * (2 * np.arange(len(whole)) + 1)

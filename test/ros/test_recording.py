@@ -89,6 +89,7 @@ def test_commands_of_another_process_are_recorded_at_the_tick_on_which_they_acte
     assert outcome['identical'], outcome
 
 
+@pytest.mark.long  # in the short form: of a burst, in test_playback
 def test_no_impulse_of_a_burst_is_lost_while_the_machine_lets_the_node_wait(
     start_node, meet, messages, commands_in
 ):
@@ -326,7 +327,7 @@ def test_stop_time_ends_the_run_with_a_whole_bag(start_node):
     assert bag.counts['/clock'] == 201  # with that of t = 0
 
 
-@pytest.mark.parametrize('publish_rate', [1e-6, 1e-9])
+@pytest.mark.parametrize('publish_rate', [pytest.param(1e-6, marks=pytest.mark.long), 1e-9])
 def test_the_run_ends_before_the_tick_that_no_message_can_bear(
     start_node, tmp_path, run_verb, publish_rate
 ):
@@ -373,7 +374,7 @@ def test_a_full_disk_ends_the_run_with_1_and_says_what_is_safe(start_node):
     assert 'Traceback' not in node.said
 
 
-@pytest.mark.parametrize('called', ['reset', 'record'])
+@pytest.mark.parametrize('called', [pytest.param('reset', marks=pytest.mark.long), 'record'])
 def test_a_recording_whose_folder_is_removed_fails_by_name(start_node, meet, called):
     node = start_node(record='true', record_path='gone', start_paused='true', step_count=25)
     peer = meet(node)

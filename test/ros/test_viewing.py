@@ -128,6 +128,7 @@ def test_all_views_are_published_as_recorded_and_replay(
     assert outcome['identical'], outcome
 
 
+@pytest.mark.long  # in the short form: of all views above; the page in readme/test_how_to
 def test_the_topic_of_the_page_is_published_as_recorded(start_node, meet, tmp_path, monkeypatch):
     monkeypatch.setenv('RIGID_BODY_SIM_COMPILE', '0')
     build(ROOT / 'docs' / 'how-to' / 'topic.md', tmp_path)  # where the node finds it first

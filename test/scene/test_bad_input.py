@@ -66,7 +66,9 @@ def test_a_number_that_is_accepted_is_what_json_reads(begin: str, end: str) -> N
         found = mass(text)
     except UserError:
         return
-    assert found == json.loads(f'{text}0' if text.endswith('.') else text.lower().replace('.e', '.0e'))
+    assert found == json.loads(
+        f'{text}0' if text.endswith('.') else text.lower().replace('.e', '.0e')
+    )
 
 
 def test_commands_of_a_table_are_numbers_in_the_same_sense(tmp_path: Path) -> None:
