@@ -125,6 +125,7 @@ def test_contact_gives_nothing_to_a_disc_on_a_spring(on, seed, ms):
     assert largest_rise(sim, round(1200 / ms)) < FEW
 
 
+TUMBLES = [('ball', 3), ('ball', 18), ('ridge', 2), ('ridge', 14)]
 MOVED = {
     'heave': {'motion': PrescribedMotion(heave=(Oscillation(0.05, 0.7),))},
     'sway': {'motion': PrescribedMotion(sway=(Oscillation(0.1, 0.9),))},
@@ -132,8 +133,14 @@ MOVED = {
 }
 
 
-@pytest.mark.parametrize('ms', [4.0, 1.0])
-@pytest.mark.parametrize(('on', 'seed'), [('ball', 3), ('ball', 18), ('ridge', 2), ('ridge', 14)])
+@pytest.mark.parametrize(
+    ('on', 'seed', 'ms'),
+    [
+        *((on, seed, 4.0) for on, seed in TUMBLES),
+        *((on, seed, 1.0) for on, seed in TUMBLES[::2]),
+        *(pytest.param(on, seed, 1.0, marks=pytest.mark.long) for on, seed in TUMBLES[1::2]),
+    ],
+)
 @pytest.mark.parametrize('moved', MOVED)
 def test_contact_gives_nothing_to_a_disc_that_tumbles_over_what_moves_as_told(
     moved, on, seed, ms

@@ -105,7 +105,9 @@ def until_it_fails(sim, heavies, *, goes_on=False):
     return silent, False, first
 
 
-@pytest.mark.parametrize('seed', range(8))
+@pytest.mark.parametrize(
+    'seed', [*range(4), *(pytest.param(seed, marks=pytest.mark.long) for seed in range(4, 8))]
+)
 def test_what_is_too_heavy_warns_before_it_is_through(seed):
     """
     From 3 x 10^5 to 10^8 kg on 1 kg: some of it the solver carries, of the rest it says so before

@@ -288,14 +288,19 @@ def uniform(points, velocity, spin, inertia, yaw):
     return np.array([*rows, (time, *velocity, spin, *place)])
 
 
+# of the limit surface of a disc 6e-4, of a square 6e-3 (and the direction of the slip 0.02); of
+# rectangles it is the mean of all directions
+WITHIN = {(R,): 1e-2, (0.2, 0.2): 1e-2, (0.2, 0.1): 1e-1, (0.4, 0.1): 1e-1}
+
+
 @pytest.mark.parametrize(
-    ('size', 'within'),
-    # of the limit surface of a disc 6e-4, of a square 6e-3 (and the direction of the slip 0.02);
-    # of rectangles it is the mean of all directions
-    [((R,), 1e-2), ((0.2, 0.2), 1e-2), ((0.2, 0.1), 1e-1), ((0.4, 0.1), 1e-1)],
-    ids=['disc', 'square', 'two to one', 'four to one'],
+    ('size', 'within', 'share'),
+    [
+        pytest.param(size, within, share, marks=() if (i + j) % 2 == 0 else pytest.mark.long)
+        for i, (size, within) in enumerate(WITHIN.items())
+        for j, share in enumerate((0.5, 2.0))
+    ],
 )
-@pytest.mark.parametrize('share', [0.5, 2.0])
 def test_what_slides_and_turns_on_a_face_stops_by_the_law_of_the_uniform_patch(
     size, within, share
 ):

@@ -52,7 +52,9 @@ BODY = Command('b', 'force', (1.0, 0.0, 0.0), frame_id='b')
     ],
     ids=['nothing', 'world axes', 'body axes', 'zero', 'impulse', 'torque'],
 )
-@pytest.mark.parametrize('timeout_ns', [0, 50_000_000], ids=['for ever', '50 ms'])
+@pytest.mark.parametrize(
+    'timeout_ns', [pytest.param(0, marks=pytest.mark.long), 50_000_000], ids=['for ever', '50 ms']
+)
 def test_a_recording_begun_under_a_held_command_replays_identically(
     tmp_path, held, then, timeout_ns
 ):

@@ -83,7 +83,7 @@ def test_a_run_across_jumps_and_burn_out_replays_bit_for_bit(
     assert result['errors']['rocket']['largest']['position'] < 1e-3
 
 
-@pytest.mark.parametrize('ticks', [0, 17])
+@pytest.mark.parametrize('ticks', [pytest.param(0, marks=pytest.mark.long), 17])
 @pytest.mark.parametrize(
     'text', [SCENE, MOVED.replace('CONTACT', ''), DECK, STANDS],
     ids=['timed', 'moved', 'deck', 'stands'],

@@ -181,7 +181,8 @@ def lowest_corners(pile: Simulation) -> NDArray[np.float64]:
 @pytest.mark.parametrize(
     ('reach', 'count', 'height'),
     [
-        pytest.param(0.9, 160, 0.6, id='its middle'),
+        pytest.param(0.5, 40, 0.5, id='its middle'),
+        pytest.param(0.9, 160, 0.6, id='more of it', marks=pytest.mark.long),
         pytest.param(2.2, 1000, 1.1, id='whole', marks=pytest.mark.long),
     ],
 )
