@@ -3,6 +3,7 @@
 """What `make venv` installs is locked whole: one version for each Python, files by their hash."""
 
 import re
+from functools import cache
 from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 
@@ -15,12 +16,25 @@ LISTS = ('runtime', 'ros', 'test')
 PYTHONS = ('3.10', '3.11', '3.12', '3.13')
 
 
+@cache
 def locked():
     """Every entry of the locks: (requirement, its hashes)."""
+    found = []
     for name in ('locked', 'locked_ros', 'locked_test'):
         for entry in re.split(r'(?m)^(?=[^\s#])', (ROOT / f'{name}.txt').read_text())[1:]:
             head, *hashes = (line.strip(' \\') for line in entry.splitlines())
-            yield Requirement(head), hashes
+            found.append((Requirement(head), hashes))
+    return found
+
+
+@cache
+def required_by(name):
+    """The version of a package that is installed here and what it requires, or None."""
+    try:
+        installed = distribution(name)
+    except PackageNotFoundError:  # of another Python, or ROS is sourced
+        return None
+    return installed.version, [*map(Requirement, installed.requires or ())]
 
 
 def machine(python):
@@ -85,11 +99,8 @@ def test_extras_that_a_locked_package_requires_are_locked_by_name(python):
     }
     assert ('coverage', 'toml') in entries
     for name in versions(python):
-        try:
-            requires = distribution(name).requires or ()
-        except PackageNotFoundError:
-            continue
-        for requirement in map(Requirement, requires):
+        _version, requires = required_by(name) or ('', ())
+        for requirement in requires:
             marker = requirement.marker
             if marker is None or marker.evaluate({**machine(python), 'extra': ''}):
                 for extra in requirement.extras:
@@ -102,12 +113,8 @@ def test_what_a_locked_package_requires_is_locked_too(python):
     found = versions(python)
     asked = 0
     for name, locked_as in found.items():
-        try:
-            installed = distribution(name)
-        except PackageNotFoundError:  # of another Python, or ROS is sourced
-            continue
-        requires = installed.requires or () if f'=={installed.version}' == locked_as else ()
-        for requirement in map(Requirement, requires):
+        version, requires = required_by(name) or ('', ())
+        for requirement in requires if f'=={version}' == locked_as else ():
             marker = requirement.marker
             if marker is None or marker.evaluate({**machine(python), 'extra': ''}):
                 asked += 1

@@ -134,7 +134,10 @@ def test_the_picture_shows_more_than_paper(page):
     assert len(np.unique(np.round(pixels[colored] * 4), axis=0)) > 5
 
 
-def test_letters_that_the_font_of_a_picture_lacks_are_named_in_one_line(throw, tmp_path, capsys):
+def test_letters_that_the_font_of_a_picture_lacks_are_named_in_one_line(
+    throw, tmp_path, capsys, monkeypatch
+):
+    monkeypatch.setattr(view, 'picture', titled)  # to draw more takes long
     with warnings.catch_warnings():
         warnings.simplefilter('error')
         assert draw(throw(title='場の箱'), tmp_path / 'run.png') == 0
@@ -312,6 +315,13 @@ def test_a_bag_without_poses_is_refused(tmp_path):
     writer.close({})
     with pytest.raises(UserError, match='holds no poses to draw'):
         draw(tmp_path / 'empty', tmp_path / 'run.png')
+
+
+def titled(*_, title, **__):
+    """A figure with nothing but its title."""
+    figure = Figure()
+    figure.suptitle(title)
+    return figure
 
 
 def drawn(path):

@@ -18,7 +18,10 @@ DRIFTING = 'integrator: rk4\norientation: {representation: matrix, reorthonormal
 KEPT = 'integrator: {name: rk4, orientation: matrix, reorthonormalise: true}'
 
 
-@pytest.fixture(params=[ADAPTIVE, DRIFTING, KEPT], ids=['adaptive', 'drifting', 'kept'])
+@pytest.fixture(
+    params=[ADAPTIVE, DRIFTING, pytest.param(KEPT, marks=pytest.mark.long)],
+    ids=['adaptive', 'drifting', 'kept'],
+)
 def recorded(request, tmp_path, verb, commands):
     """A bag of two_bodies with commands, run with options."""
     if request.param != ADAPTIVE:  # no other test wants kernels of matrices under forces

@@ -27,7 +27,7 @@ SLOPE = 0.1  # what the order may differ by: the next term of the error at these
 # (orientation as a matrix, step lengths): |omega| is 22 rad/s, so h omega is 0.2 at h = 0.01
 STEPS = {1: (2e-4, 1e-4), 2: (0.002, 0.001), 4: (0.004, 0.002), 8: (0.04, 0.025)}
 STEPS_OF = {'blanes_moan4': (0.02, 0.0125), 'lie_rk4': (0.002, 0.001)}
-SHORT = ('blanes_moan4', 'dmv6', 'implicit_midpoint', 'linearly_implicit', 'rk4')
+SHORT = ('blanes_moan4', 'dmv6', 'implicit_midpoint', 'rk4')
 FEW = 0.25  # [s] whose ticks take less as plain source than compiling
 PLAIN = ('dmv6', 'implicit_midpoint')
 
