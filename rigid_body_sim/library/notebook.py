@@ -21,6 +21,7 @@ from rigid_body_sim.library import account
 from rigid_body_sim.library.run_arrays import RunArrays
 from rigid_body_sim.physics.simulation import Simulation
 from rigid_body_sim.recording.bag_reader import Bag
+from rigid_body_sim.view.drawn_part import drawn_part
 from rigid_body_sim.view.energy_history import energy_history
 from rigid_body_sim.view.playback_page import playback_page
 from rigid_body_sim.view.recorded_motion import RecordedMotion, Track
@@ -33,7 +34,7 @@ MOST_ROWS = 50  # of a table
 
 def page_of_run(run: RunArrays) -> str:
     """Write the page of a run: HTML that plays it in a browser, without network."""
-    motion, ending = _motion(run), None
+    motion, ending = drawn_part(_motion(run), name=str(run.path or 'the run')), None
     if account.is_affordable(run):
         with suppress(RunError, UserError):  # what else a page shows is not less true
             ending = account.ending_of(run)

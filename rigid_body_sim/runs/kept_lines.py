@@ -24,7 +24,9 @@ def balance_line(balance: EnergyBalance) -> str:
     Write the balance on one line; what is zero because nothing of its kind acts is left out, and
     so are digits below what is known.
     """
-    if math.isfinite(balance.defect) and balance.turnover == 0.0:
+    if not math.isfinite(balance.defect):
+        return 'energy balance: none, the energy is beyond all numbers'
+    if balance.turnover == 0.0:
         return 'energy balance: nothing moved'
     shares = {
         'commands': balance.work_of_commands,

@@ -27,6 +27,7 @@ from rigid_body_sim.runs.reading_guard import reads_recording
 from rigid_body_sim.runs.warning_lines import warning_printer
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.stop_signals import STOP
+from rigid_body_sim.view.drawn_part import drawn_part
 from rigid_body_sim.view.energy_history import energy_history
 from rigid_body_sim.view.film import SUFFIXES, FilmSettings, film, need_tools
 from rigid_body_sim.view.picture import picture
@@ -151,7 +152,7 @@ def _draw(arguments: argparse.Namespace) -> int:
     bag = Bag(arguments.bag)
     bodies = sum(name.endswith('/pose') for name in with_every_body(bag).topics)
     samples = max(FEWEST_SAMPLES, min(SAMPLES, MOST_POINTS // max(bodies, 1)))
-    motion = read_motion(bag, samples=samples)
+    motion = drawn_part(read_motion(bag, samples=samples), name=str(bag.path))
     files = dict(bag.attachments)
     source = files.pop(SCENE, None)
     scene = None if source is None else load_scene(source, files=files)

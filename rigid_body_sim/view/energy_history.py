@@ -73,8 +73,14 @@ class EnergyHistory:
     balance: BalanceHistory | None = None
 
 
-def balance_history(ending: Mapping[str, str] | None) -> BalanceHistory | None:
-    """Read the energy balance of a bag from its ending; None where it has none."""
+def balance_history(
+    ending: Mapping[str, str] | None, beyond: float | None = None
+) -> BalanceHistory | None:
+    """
+    Read the energy balance of a bag from its ending; None where it has none.
+
+    beyond : [s] what is later is left out
+    """
     try:
         rows = json.loads((ending or {})['energy_history'])
         time, *columns = (np.array(rows[name], dtype=np.float64) for name in IN_BAG)
@@ -84,6 +90,8 @@ def balance_history(ending: Mapping[str, str] | None) -> BalanceHistory | None:
     if time.ndim != 1 or any(column.shape != time.shape for column in columns):
         return None
     finite = np.isfinite([time, *columns]).all(axis=0)
+    if beyond is not None:
+        finite &= time < beyond
     time, *columns = (column[finite] for column in (time, *columns))
     if len(time) < 2 or not np.isfinite(turnover):
         return None
@@ -113,7 +121,7 @@ def energy_history(
         np.array([invariants.potential_energy(state) for state in states]),
         _drift(invariants, states, time, motion.command_time),
         invariants.energy_must_not_rise,
-        balance_history(ending),
+        balance_history(ending, motion.beyond),
     )
 
 

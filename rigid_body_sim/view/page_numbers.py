@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 ALIGNED = 8  # [byte]
+SINGLE = float(np.finfo(np.float32).max)
 
 
 class PageNumbers:
@@ -27,7 +28,10 @@ class PageNumbers:
 
     def add(self, values: ArrayLike, kind: str) -> dict[str, Any]:
         """Take an array as f4, f8 or u4 and return its entry."""
-        array = np.ascontiguousarray(values, dtype=f'<{kind}')
+        array = np.asarray(values)
+        if kind == 'f4':  # larger ones round to infinity, which is no length of an arrow
+            array = np.clip(array, -SINGLE, SINGLE)
+        array = np.ascontiguousarray(array, dtype=f'<{kind}')
         content = array.tobytes()
         if (kind, content) not in self._known:
             entry = {'kind': kind, 'at': self._end, 'size': int(array.size)}

@@ -23,6 +23,7 @@ from rigid_body_sim.analysis.recorded_contacts import HOW_TO_RECORD
 from rigid_body_sim.physics.model import rotation
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.state.impacts import Impacts
+from rigid_body_sim.view.drawn_part import note_of
 from rigid_body_sim.view.energy_history import EnergyHistory, spin_of
 from rigid_body_sim.view.line_styles import NAMED_BODIES, OTHERS, color_places, style
 from rigid_body_sim.view.recorded_motion import RecordedMotion, Track
@@ -132,7 +133,7 @@ def _panels(motion: RecordedMotion, energy: EnergyHistory | None) -> list[Callab
 
 def _notes(motion: RecordedMotion, energy: EnergyHistory | None, caption: str) -> list[str]:
     """Lines below the title: what is expected, and what the bag does not tell."""
-    said = [caption] if caption else []
+    said = [text for text in (note_of(motion), caption) if text]
     if energy is None:
         said.append(NO_ENERGY)
     if motion.loads is not None and not motion.loads:

@@ -22,6 +22,7 @@ from typing import Any
 
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.recording.bag_reader import Bag
+from rigid_body_sim.view.drawn_part import note_of
 from rigid_body_sim.view.energy_history import EnergyHistory
 from rigid_body_sim.view.page_record import Look, page_record
 from rigid_body_sim.view.recorded_motion import RecordedMotion
@@ -55,7 +56,8 @@ def playback_page(
     bag    : contact forces come from it, where it holds them
     """
     record, numbers, _ = page_record(motion, scene, energy=energy, bag=bag)
-    return _page(record, numbers, title, about, expected_outcome(scene))
+    caption = ' '.join(filter(None, (note_of(motion), expected_outcome(scene))))
+    return _page(record, numbers, title, about, caption)
 
 
 def live_page(

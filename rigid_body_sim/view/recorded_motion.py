@@ -88,6 +88,8 @@ class RecordedMotion:
     touching     : of a run that goes on: at each instant the contacts that each body was told of,
                    rows as `recording.contact_packing` has them; None: no topic tells contacts
     impacts      : at their instants; None: no topic tells them
+    beyond       : [s] first instant that is left out as nothing can draw it (`drawn_part`); None:
+                   it is whole
     """
 
     tracks: tuple[Track, ...]
@@ -95,6 +97,7 @@ class RecordedMotion:
     loads: dict[str, Load] | None = None
     touching: tuple[Mapping[str, Array], ...] | None = None
     impacts: Impacts | None = None
+    beyond: float | None = None
 
 
 def read_motion(bag: Bag, *, samples: int) -> RecordedMotion:
