@@ -49,7 +49,7 @@ VERBS = {
     'replay': 're-run a bag from its own scene and commands and compare bit by bit',
     'bag': 'look after recordings: info, check, recover, diff',
     'view': 'draw a run: trajectories, energy, drift, contact forces (PNG); or play it (HTML)',
-    'sweep': 'run a scene many times with keys that differ; one Parquet row a run',
+    'sweep': 'run a scene many times with keys that differ; one row of a table a run',
     'report': 'speed against error of every method: tables, plots, one HTML page',
     'export': 'poses, twists, wrenches and energies of a bag as one table: CSV or Parquet',
     'inverse': 'from positions to velocities, accelerations and the wrench that explains them',

@@ -26,6 +26,7 @@ from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model.numbers import shown
 from rigid_body_sim.sweeps import DONE, GROUPS, packs, table
 from rigid_body_sim.sweeps.executors import Answer, Executor, Here, Processes, Task
+from rigid_body_sim.sweeps.formats import format_of
 from rigid_body_sim.sweeps.nursery import Nursery
 from rigid_body_sim.sweeps.parts import Parts
 from rigid_body_sim.sweeps.plan import Sweep, plan_sweep
@@ -278,10 +279,11 @@ def to_file(
     nursery: Nursery | None = None,
 ) -> Outcome:
     """
-    Make a sweep into a Parquet file; what a process that was killed had done is taken over.
+    Make a sweep into a file, Parquet or CSV by its suffix; what a process that was killed had done
+    is taken over.
 
-    Raises UserError where the file exists or parts of another sweep do, RunError when the disk
-    takes no more.
+    Raises UserError where the file exists, has another suffix, or parts of another sweep are
+    there, RunError when the disk takes no more.
     """
     need('pyarrow')  # said now, not when all is done
     parts = Parts(path, sweep)
@@ -379,7 +381,7 @@ def sweep(
     every    : [s] between looks at extremes and energy; None: a hundredth of the duration
     keep     : what a row holds beside what was varied: 'last' states, 'extremes', 'energy'
     bodies   : names of those with columns of their own; none named: all that move
-    output   : Parquet file to write too; a sweep that was killed goes on where it was
+    output   : FILE.parquet or FILE.csv to write too; a sweep that was killed goes on where it was
     scheduler : address of a Dask scheduler whose workers make the runs
     progress : called with the runs done so far and all of them
 
@@ -403,11 +405,9 @@ def sweep(
     if output is None:
         made = to_table(plan, workers=count, scheduler=scheduler, progress=told)
     else:
-        import pyarrow.parquet
-
         from rigid_body_sim.recording.paths import path_of
 
         path = path_of(output, said='sweep: output')
         to_file(plan, path, workers=count, scheduler=scheduler, progress=told)
-        made = pyarrow.parquet.read_table(path)
+        made = format_of(path).read(plan, path)
     return made.to_pandas()

@@ -25,6 +25,7 @@ from pathlib import Path
 from rigid_body_sim.errors import RunError, UserError
 from rigid_body_sim.recording.new_output import check_folder, check_text, is_taken
 from rigid_body_sim.sweeps import table
+from rigid_body_sim.sweeps.formats import format_of
 from rigid_body_sim.sweeps.plan import Sweep
 from rigid_body_sim.sweeps.rows import Row
 
@@ -49,6 +50,7 @@ class Parts:
     def __init__(self, path: Path, sweep: Sweep) -> None:
         if path.is_dir():
             raise UserError(f'{path}: is a folder; name a file in it')
+        self._format = format_of(path)
         self.path, self.folder = path, path.with_name(path.name + SUFFIX)
         self._sweep = sweep
         self.done: list[tuple[int, int]] = []
@@ -171,12 +173,15 @@ class Parts:
 
     def statuses(self) -> Iterator[list[Row]]:
         """Give status and reason of the runs that are done."""
-        if self.is_finished and table.rows_in(self.path) != self._sweep.runs:
+        if self.is_finished and self._format.rows_in(self.path) != self._sweep.runs:
             raise UserError(
                 f'{self.path}: exists already, and does not hold the {self._sweep.runs} rows of '
                 f'the sweep that ended in it; remove it and {self.folder}'
             )
-        for path in [self.path] if self.is_finished else self._files():
+        if self.is_finished:
+            yield from self._format.statuses(self.path)
+            return
+        for path in self._files():
             yield from table.statuses(path)
 
     def _files(self) -> list[Path]:
@@ -187,7 +192,7 @@ class Parts:
         if not self.is_finished:
             parts = self._files()
             try:
-                self._write(self.path, lambda p: table.write(self._sweep, parts, p))
+                self._write(self.path, lambda p: self._format.write(self._sweep, parts, p))
             except OSError as error:
                 raise self._full(error) from error
         with suppress(OSError):  # what is left of it disturbs nobody

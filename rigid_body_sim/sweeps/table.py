@@ -47,6 +47,11 @@ def _arrow_type(kind: str) -> Any:
     }[kind]
 
 
+def type_of(sweep: Sweep, name: str) -> Any:
+    """Give the Arrow type of a column."""
+    return _arrow_type((known_columns(sweep) | _TEXTS).get(name, 'float'))
+
+
 def table_of(sweep: Sweep, rows: Sequence[Row]) -> Any:
     """Make an Arrow table of rows."""
     import pyarrow
@@ -94,11 +99,18 @@ def write(sweep: Sweep, parts: Sequence[Path], path: Path) -> None:
     """
     import pyarrow.parquet
 
-    schemas = (pyarrow.parquet.read_schema(part) for part in parts)
-    schema = joint_schema(schemas).with_metadata({FACTS: sweep.facts_text().encode()})
+    schema = schema_of(sweep, parts)
     with pyarrow.parquet.ParquetWriter(path, schema, compression='zstd') as writer:
-        for group in _groups(parts, schema):
+        for group in groups(parts, schema):
             writer.write_table(group, row_group_size=ROWS)
+
+
+def schema_of(sweep: Sweep, parts: Sequence[Path]) -> Any:
+    """Give the columns of all parts, and what the sweep was asked for."""
+    import pyarrow.parquet
+
+    schemas = (pyarrow.parquet.read_schema(part) for part in parts)
+    return joint_schema(schemas).with_metadata({FACTS: sweep.facts_text().encode()})
 
 
 def joint_schema(schemas: Iterable[Any]) -> Any:
@@ -112,7 +124,7 @@ def joint_schema(schemas: Iterable[Any]) -> Any:
     return pyarrow.schema([field.with_nullable(True) for field in fields.values()])
 
 
-def _groups(parts: Iterable[Path], schema: Any) -> Iterator[Any]:
+def groups(parts: Iterable[Path], schema: Any) -> Iterator[Any]:
     """Give tables of ROWS rows each, the last of what is left."""
     import pyarrow
     import pyarrow.parquet

@@ -1,7 +1,8 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-`sweep SCENE --vary KEY=… -o FILE.parquet`: a scene many times with keys that differ; a row a run.
+`sweep SCENE --vary KEY=… -o FILE.parquet|.csv`: a scene many times with keys that differ; a row
+a run.
 
 KEY is a place in the scene: box.mass, satellite.initial.velocity[2], bodies[0].shape.radius,
 gravity[2], forces[0].stiffness, contact.mode, integrator, dt. What it takes is a grid
@@ -35,7 +36,7 @@ if TYPE_CHECKING:  # what takes time to import is, where it is needed
     from rigid_body_sim.sweeps.ensemble import Outcome
     from rigid_body_sim.sweeps.plan import Sweep
 
-SUMMARY = 'run a scene many times with keys that differ; one Parquet row a run'
+SUMMARY = 'run a scene many times with keys that differ; one row of a table a run'
 PROGRESS_EVERY = 0.2  # [s] wall
 SHOWN_REASONS = 3  # [-] in the summary; all are in the file
 
@@ -54,8 +55,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument('--seed', type=int, default=0, metavar='S', help='of draws, default 0')
     parser.add_argument(
-        '-o', '--output', type=Path, metavar='FILE', help='Parquet file to write; parts of it '
-        'stand in FILE.parts until it is done, and the same command goes on from them'
+        '-o', '--output', type=Path, metavar='FILE', help='FILE.parquet or FILE.csv to write; '
+        'parts of it stand in FILE.parts until it is done, and the same command goes on from them'
     )  # fmt: skip
     parser.add_argument(
         '--duration',
@@ -157,7 +158,7 @@ def _run(arguments: argparse.Namespace, nursery: Nursery | None) -> int:
     if arguments.bag is not None:
         raise UserError('--bag records one run: say which, with --only K')
     if arguments.output is None:
-        raise UserError('-o FILE is missing: the Parquet file to write')
+        raise UserError('-o FILE is missing: FILE.parquet or FILE.csv to write')
     if plan.runs < plan.points:
         say(
             f'rigid_body_sim sweep: {plan.runs} runs of {plan.points} combinations: the others '

@@ -6,6 +6,7 @@ Tables of sweeps: the same bytes whoever makes the runs and however often he is 
 `rk45` chooses its steps, so its runs are made one by one: there is work to share.
 """
 
+import csv
 import json
 import os
 import signal
@@ -21,7 +22,7 @@ import pytest
 
 import rigid_body_sim as rbs
 from rigid_body_sim.errors import RunError, UserError
-from rigid_body_sim.sweeps import ensemble
+from rigid_body_sim.sweeps import ensemble, formats
 from rigid_body_sim.sweeps.executors import Answer, Processes
 from rigid_body_sim.sweeps.parts import SUFFIX
 from rigid_body_sim.sweeps.plan import plan_sweep
@@ -379,6 +380,38 @@ def test_a_table_in_memory_is_that_of_the_file(tmp_path):
     in_memory = rbs.sweep(source, VARY, **settings)
     of_file = rbs.sweep(source, VARY, **settings, output=tmp_path / 'runs.parquet')
     assert in_memory.equals(of_file) and len(in_memory) == 12
+
+
+def test_a_csv_file_holds_the_rows_of_the_parquet_file_also_when_it_was_cut(tmp_path):
+    vary = {'tumbler.mass': 'normal:1:1', 'integrator': ['dmv6', 'rk45']}  # some masses are none
+    sweep = plan_sweep(scene(), vary, runs=12, duration=0.2, seed=5)
+    made(sweep, tmp_path / 'runs.parquet')
+    file = tmp_path / 'runs.csv'
+    with pytest.raises(Cut):
+        ensemble.to_file(sweep, file, workers=1, progress=cut_at(file, 1))
+    assert ensemble.to_file(sweep, file, workers=1).made < 12
+    parquet = pyarrow.parquet.read_table(tmp_path / 'runs.parquet').to_pandas()
+    assert {'done', 'refused'} == set(parquet['status'])
+    names, *rows = csv.reader(file.read_text().splitlines())
+    assert names == list(parquet) and len(rows) == 12
+    assert [row[names.index('tumbler.mass')] for row in rows] == list(
+        map(repr, parquet['tumbler.mass'].tolist())
+    )
+    assert formats.format_of(file).read(sweep, file).to_pandas().equals(parquet)
+    folder = file.with_name(file.name + SUFFIX)  # a process ended between its last two deeds
+    folder.mkdir()
+    (folder / 'sweep.json').write_text(sweep.facts_text())
+    again = ensemble.to_file(sweep, file, workers=1)
+    assert again.made == 0 and again.before is not None and again.before.ends['refused']
+
+
+@pytest.mark.parametrize('name', ['runs', 'runs.txt', 'runs.csv.gz'])
+def test_a_suffix_that_no_table_has_is_refused_before_any_run(tmp_path, verb, name):
+    words = ('sweep', 'satellite', '--vary', 'satellite.mass=1,2', '--duration', 0.1, '-j', 1)
+    code, out, err = verb(*words, '-o', tmp_path / name)
+    assert code == 2 and not out and not list(tmp_path.iterdir())
+    assert f'{name}: no table of a sweep is written ' in err
+    assert err.endswith('; give FILE.parquet or FILE.csv\n')
 
 
 def test_where_bodies_meet_extremes_of_contact_are_told():
