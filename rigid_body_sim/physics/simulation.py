@@ -628,7 +628,8 @@ class Simulation:
         self._compare_energy_from_here()
         self._stepper.apply_impulse(core, ratio * np.array(linear), ratio * np.array(angular))
         if work is not None:
-            work.add_work(COMMANDS, self._kinetic_energy_of(core) - before)
+            after = self._kinetic_energy_of(core)
+            work.add_jump(COMMANDS, before, after, size=before + after)
         if self._watch is not None:
             self._watch.strike(self.tick, body, linear=linear, angular=angular)
         return linear, angular
@@ -672,14 +673,15 @@ class Simulation:
         placement = asked_placement(self.scene.bodies[index], **asked, now=(x, y, z, w))
         placed = rows_of(self._layout, placement, body, state, self.scene_time)
         work = self._stepper.work
-        before = 0.0 if work is None else sum(self._energies())
+        before = (0.0, 0.0) if work is None else self._energies()
         with self._all_or_nothing(), np.errstate(over='ignore', invalid='ignore'):
             self._stepper.cut_work()
             self._stepper.place(placed)
             if work is not None:
                 self._read = None
-                after = self._read_state()
-                work.add_work(COMMANDS, self.invariants.energy(after) - before)
+                after = self._energies_of(self._read_state())
+                size = sum(map(abs, (*before, *after)))
+                work.add_jump(COMMANDS, sum(before), sum(after), size=size)
         if self._watch is not None:
             self._watch.place(self.tick, body, **asked)
 

@@ -108,6 +108,24 @@ def test_held_forces_and_impulses_do_the_work_of_the_textbook():
     assert abs(balance.defect) < 1e-13 and closes(balance)
 
 
+@pytest.mark.usefixtures('plain_source')
+@pytest.mark.parametrize('size', [1e6, 1e8, 1e150])
+@pytest.mark.parametrize('how', ['struck', 'placed'])
+def test_a_balance_knows_its_defect_no_better_than_what_jumps_left_of_it(how, size):
+    """Energies of 5e11 J and more come and go between two looks, and are rounded."""
+    ball = {'name': 'ball', 'shape': {'type': 'sphere', 'radius': 0.3}, 'mass': 1.0}
+    sim = kept(Simulation(scene([ball], gravity=(0.3, 0.0, -9.81), dt=0.01)))
+    for sign in (1.0, -1.0):
+        if how == 'struck':
+            sim.apply_impulse('ball', linear=(sign * size, 0.0, 0.0))
+        else:
+            sim.set_state('ball', velocity=(0.5 * (1.0 + sign) * size, 0.0, 0.0))
+        sim.step(7)
+    balance = sim.energy_balance()
+    assert abs(balance.defect) <= balance.uncertainty
+    assert balance.uncertainty <= 1e-14 * size**2
+
+
 def test_it_changes_no_bit_and_does_not_depend_on_how_ticks_are_asked_for():
     """Balance or none, step(40) or 40 times step(), read in between or not."""
     plain, whole, single = (Simulation(linked_bodies(), integrator='rk4') for _ in range(3))

@@ -42,7 +42,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.diagnostics.work_meter import WorkMeter
+from rigid_body_sim.physics.diagnostics.work_meter import ROUNDING, WorkMeter
 from rigid_body_sim.physics.forces.power import COMMANDS, DISSIPATION, DRIVES
 
 Array = NDArray[np.float64]
@@ -54,7 +54,6 @@ OVERLAP = 1e-3  # [m] where bodies meet, heaps sink and rise by less while they 
 NOT_IN_MOTION = 0.9  # [-] share of a gain that springs hold, from which on it is no motion
 LOOKS_AT_LEAST = 16  # [-] before a loss is told: fewer do not tell it from a swing
 LAST = 4  # [-] a loss is what the last of so many parts of the looks are below the highest
-ROUNDING = 1e-15  # [-] of kinetic and potential energy: of reading them, not of the run
 
 
 @dataclass(frozen=True)
@@ -62,7 +61,8 @@ class EnergyBalance:
     """
     change = work_of_commands + work_of_drives - dissipation - contact + defect, all [J].
 
-    uncertainty : [J] how wrong the defect may be: the works are integrals from samples
+    uncertainty : [J] how wrong the defect may be: the works are integrals from samples, and those
+                  of impulses differences of energies that are rounded
     relative    : [-] |defect| over the turnover
     turnover    : [J] largest energy that moved: of kinetic energy, changes of potential energy,
                   and each of the works, at the looks so far

@@ -62,6 +62,7 @@ ROUGH = 0.05  # [-] of the largest power: its second difference; 0.2 rad a tick
 PLACES = 8  # looks into a tick of many substeps; more cost time, and find nothing new
 LEFT = 0.1  # [-] of what the last extrapolation changed, for what is left
 ALTERNATING = 12  # differences: they leave of the power what changes sign from tick to tick
+ROUNDING = 1e-15  # [-] of kinetic and potential energy: of reading them, not of the run
 QUARTER = 0.25  # [-] of the difference to ticks twice as long: what a kink leaves, nothing more
 
 # sums of a meter, a row of one number for each of commands, drives and dissipation
@@ -161,9 +162,15 @@ class WorkMeter:
             self._sums[:PIECES] += self._of_stretch()
             self._begin_stretch()
 
-    def add_work(self, place: int, work: float) -> None:
-        """Add work that was done at once [J], after a `cut`: that of an impulse."""
-        self._sums[CLOSED, place] += work
+    def add_jump(self, place: int, before: float, after: float, *, size: float) -> None:
+        """
+        Add work that was done at once, after a `cut`: that of an impulse.
+
+        before, after : energy before and behind it [J]
+        size          : of the parts that both are sums of [J]: how wrong they may be goes with it
+        """
+        self._sums[CLOSED, place] += after - before
+        self._sums[CLOSED_ERROR, place] += ROUNDING * size
         self.powers.was_commanded = True
 
     @property
