@@ -116,9 +116,9 @@ def _compare_metadata(bag: Bag, information: dict[str, Any]) -> Iterator[str]:
         yield f'version {information["version"]}; rosbags reads up to {bag_metadata.VERSION}'
     start = information['starting_time']['nanoseconds_since_epoch']
     stop = start + information['duration']['nanoseconds']
-    if (start, stop) != (bag.first_time, bag.last_time):
-        yield f'times {(start, stop)} ns, the messages {(bag.first_time, bag.last_time)} ns'
     total = sum(bag.counts.values())
+    if total and (start, stop) != (bag.first_time, bag.last_time):  # of none any time is right
+        yield f'times {(start, stop)} ns, the messages {(bag.first_time, bag.last_time)} ns'
     if information['message_count'] != total:
         yield f'{information["message_count"]} messages, the file holds {total}'
     stated = {
@@ -143,7 +143,9 @@ def _compare_topic(bag: Bag, channel: Any, entry: dict[str, Any]) -> Iterator[st
     qos = _profiles(qos) if isinstance(qos, str) else qos
     if qos != _profiles(channel.metadata.get('offered_qos_profiles', '')):
         yield f'{name}: quality of service differs from its channel; rosbags drops the topic'
-    if topic.get('type_description_hash', '') != channel.metadata.get('topic_type_hash', ''):
+    told = topic.get('type_description_hash')
+    hash_of_channel = channel.metadata.get('topic_type_hash')
+    if told and hash_of_channel and told != hash_of_channel:  # some recorders tell one, or none
         yield f'{name}: type hash differs from its channel'
 
 

@@ -80,7 +80,7 @@ class Contents:
             entries.setdefault(message.channel, []).append(entry)
         stated = (chunk.message_start_time, chunk.message_end_time)
         times = [time for each in entries.values() for time, _ in each]
-        actual = (min(times, default=0), max(times, default=0))
+        actual = (min(times), max(times)) if times else stated  # of none any time is right
         if stated != actual:
             self.problems.append(
                 f'chunk at byte {record.position}: times {stated} ns, its messages {actual} ns'
@@ -197,7 +197,7 @@ def _check_statistics(contents: Contents, summary: Summary) -> Iterator[str]:
         yield f'statistics count {statistics.message_count} messages, the file holds {total}'
     span = (statistics.message_start_time, statistics.message_end_time)
     actual = (contents.first_time, contents.last_time)
-    if span != actual:
+    if total and span != actual:  # of none any time is right
         yield f'statistics span {span} ns, the messages {actual} ns'
     for what, count, found in (
         ('schemas', statistics.schema_count, contents.schemas),

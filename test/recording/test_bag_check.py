@@ -8,12 +8,40 @@ import hashlib
 
 import pytest
 import yaml
-from rosbags.rosbag2 import Reader
+from rosbags.rosbag2 import Reader, StoragePlugin, Writer
+from rosbags.typesys import Stores, get_typestore
 
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.recording import mcap_file, mcap_scan
 from rigid_body_sim.recording.bag_check import check
 from rigid_body_sim.recording.bag_writer import BagWriter
+
+
+TYPE = 'geometry_msgs/msg/WrenchStamped'
+NO_FAULT = ['no manifest: not recorded by rigid_body_sim, cannot be replayed']
+
+
+@pytest.mark.parametrize(('topics', 'messages'), [(1, 3), (1, 0), (0, 0)])
+def test_a_whole_bag_of_the_library_rosbags_has_no_fault(tmp_path, topics, messages):
+    """Its channels tell no hash, and times of what holds no message are any."""
+    store, path = get_typestore(Stores.ROS2_JAZZY), tmp_path / 'bag'
+    with Writer(path, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        for _ in range(topics):
+            connection = writer.add_connection('/box/wrench', TYPE, typestore=store)
+            for number in range(messages):
+                writer.write(connection, 10**18 + number, bytes(60))
+    assert check(path) == NO_FAULT
+
+
+def test_a_hash_that_is_not_that_of_its_channel_is_found_where_both_are_told(record):
+    directory = record()
+
+    def change(information):
+        for entry, told in zip(information['topics_with_message_count'], ('', 'RIHS01_00')):
+            entry['topic_metadata']['type_description_hash'] = told
+
+    rewrite_metadata(directory, change)
+    assert sum('type hash differs from its channel' in each for each in check(directory)) == 1
 
 
 def rewrite_metadata(directory, change):
