@@ -16,7 +16,6 @@ from rigid_body_sim.recording import mcap_file, mcap_scan
 from rigid_body_sim.recording.bag_check import check
 from rigid_body_sim.recording.bag_writer import BagWriter
 
-
 TYPE = 'geometry_msgs/msg/WrenchStamped'
 NO_FAULT = ['no manifest: not recorded by rigid_body_sim, cannot be replayed']
 
