@@ -11,7 +11,7 @@ from __future__ import annotations
 import argparse
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from rigid_body_sim.errors import UserError
@@ -26,6 +26,18 @@ from rigid_body_sim.stop_signals import STOP, say
 SUMMARY = 'publish commands to a body, or those of a bag'
 TAKES_ROS_ARGUMENTS = True  # a launch file adds some; none means anything here
 LEAST, MOST = 1e-6, 1e9  # [Hz], [s], [-] of the options
+USUAL = {
+    'frame': 'world',
+    'rate': 100.0,  # [Hz]
+    'seconds': 1.0,  # [s]
+    'namespace': '',
+    'rate_factor': 1.0,  # [-]
+    'topics': [],
+}  # what options are unless given
+OF_A_COMMAND = ('force', 'torque', 'impulse', 'frame', 'rate', 'seconds', 'namespace')
+OF_A_WRENCH = ('rate', 'seconds')
+OF_A_BAG = ('rate_factor', 'topics')
+MEANT = {'rate': '; how fast a bag is played is --rate-factor'}
 _NUMBER = re.compile(r'-(\d|\.\d|inf|nan)', re.IGNORECASE)
 
 
@@ -38,23 +50,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--torque', **vector, help='torque [N m], or with --impulse [N m s]')
     parser.add_argument(
         '--frame',
-        default='world',
         metavar='NAME',
         help='world (default), body, or a frame of the body: axes, and where the force acts',
     )
     parser.add_argument('--impulse', action='store_true', help='send an impulse, once')
     parser.add_argument(
-        '--rate', type=float, default=100.0, metavar='HZ', help='messages per second, default 100'
+        '--rate', type=float, metavar='HZ', help='messages per second, default 100'
     )
     parser.add_argument(
         '--for',
         type=float,
-        default=1.0,
         metavar='S',
         dest='seconds',
         help='how long [s], default 1; then a zero wrench',
     )
-    parser.add_argument('--namespace', default='', metavar='NS', help='namespace of the node')
+    parser.add_argument('--namespace', metavar='NS', help='namespace of the node')
     parser.add_argument(
         '--bag',
         type=Path,
@@ -62,10 +72,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help='send the commands of this bag, as they were spaced',
     )
     parser.add_argument(
-        '--rate-factor', type=float, default=1.0, metavar='R', help='2 plays the bag twice as fast'
+        '--rate-factor', type=float, metavar='R', help='2 plays the bag twice as fast'
     )
     parser.add_argument(
-        '--topics', nargs='+', default=[], metavar='TOPIC', help='only these topics of the bag'
+        '--topics', nargs='+', metavar='TOPIC', help='only these topics of the bag'
     )
 
 
@@ -73,11 +83,14 @@ def run(arguments: argparse.Namespace) -> int:
     """Publish; 1 if nobody listens."""
     if (arguments.body is None) == (arguments.bag is None):
         raise UserError('give either the name of a BODY or --bag BAG')
+    _refuse_ignored(arguments)
+    for option, usual in USUAL.items():
+        if getattr(arguments, option) is None:
+            setattr(arguments, option, usual)
     for option in ('rate', 'seconds', 'rate_factor'):
         value = getattr(arguments, option)
         if not LEAST <= value <= MOST:
-            name = {'seconds': 'for'}.get(option, option.replace('_', '-'))
-            raise UserError(f'--{name} {value:g}; allowed: {LEAST:g} to {MOST:g}')
+            raise UserError(f'{_name(option)} {value:g}; allowed: {LEAST:g} to {MOST:g}')
     STOP.keep()  # who is pushed gets a zero wrench at the end, however it comes
     count = _play(arguments) if arguments.bag is not None else _publish(arguments)
     print(f'{count} messages sent')
@@ -90,9 +103,39 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def _refuse_ignored(arguments: argparse.Namespace) -> None:
+    """Refuse what is of another kind of sending, and would change nothing."""
+    if arguments.bag is None:
+        _refuse(arguments, OF_A_BAG, 'without --bag', 'is of a bag that is played', {})
+        if arguments.impulse:
+            _refuse(
+                arguments, OF_A_WRENCH, '--impulse', 'is of a wrench; an impulse is sent once', {}
+            )
+        return
+    sent = 'is of a command to a BODY; a bag is sent as it was recorded'
+    _refuse(arguments, OF_A_COMMAND, f'--bag {arguments.bag}', sent, MEANT)
+
+
+def _refuse(
+    arguments: argparse.Namespace,
+    options: Sequence[str],
+    beside: str,
+    reason: str,
+    meant: Mapping[str, str],
+) -> None:
+    for option in options:
+        if getattr(arguments, option) not in (None, False):
+            raise UserError(
+                f'{beside}: {_name(option)} {reason}; leave it out{meant.get(option, "")}'
+            )
+
+
+def _name(option: str) -> str:
+    """Give an option as it stands on the command line."""
+    return '--for' if option == 'seconds' else f'--{option.replace("_", "-")}'
+
+
 def _play(arguments: argparse.Namespace) -> int:
-    if arguments.force or arguments.torque or arguments.impulse:
-        raise UserError('--bag sends what was recorded; leave out --force, --torque and --impulse')
     return play_bag(arguments.bag, topics=arguments.topics, rate_factor=arguments.rate_factor)
 
 

@@ -20,6 +20,7 @@ from rigid_body_sim.ros import playback
 
 from ..patience import PATIENCE
 
+PUSH = ['box', '--force', '1', '0', '0']
 FIRST = 1_700_000_000_000_000_000  # [ns] a foreign recorder stamps with wall time
 
 
@@ -297,6 +298,14 @@ def test_nobody_listening_is_an_error(monkeypatch, capsys):
         (['box', '--force', '1', '0', '0', '--rate', '0'], '--rate'),
         (['box', '--force', '1', '0', '0', '--for', '-1'], '--for'),
         (['--bag', 'b', '--impulse'], '--impulse'),
+        (['--bag', 'b', '--rate', '100'], '--bag b: --rate is of a command to a BODY; '),
+        (['--bag', 'b', '--rate', '2'], 'how fast a bag is played is --rate-factor'),
+        (['--bag', 'b', '--for', '3'], '--bag b: --for is of'),
+        (['--bag', 'b', '--frame', 'body'], '--bag b: --frame is of'),
+        (['--bag', 'b', '--namespace', 'lab'], '--bag b: --namespace is of'),
+        ([*PUSH, '--rate-factor', '2'], 'without --bag: --rate-factor is of a bag'),
+        ([*PUSH, '--topics', '/a'], 'without --bag: --topics is of a bag'),
+        ([*PUSH, '--impulse', '--for', '2'], '--impulse: --for is of a wrench'),
     ],
 )
 def test_a_bad_command_line_exits_2_with_one_line(capsys, words, expected):
