@@ -281,10 +281,13 @@ def _measured(
         commands.setdefault(-(-tick * recorded.dt_ns // simulation.dt_ns), []).extend(taken)
     errors = {body.name: Errors() for body in recorded.scene.bodies}
     index = {body.name: i for i, body in enumerate(recorded.scene.bodies)}
-    compared = 0
+    compared = later = 0
     for time_ns, states in _recorded_states(recorded):
-        if time_ns % simulation.dt_ns or not begin_ns < time_ns <= end_ns:
+        if not begin_ns < time_ns <= end_ns:
             continue  # at the start both are the same
+        later += 1
+        if time_ns % simulation.dt_ns:
+            continue
         target = time_ns // simulation.dt_ns
         for _ in _advance(run, commands, target, recorder, progress):
             pass
@@ -302,6 +305,11 @@ def _measured(
                 }
             )
         compared += 1
+    if not later:
+        raise UserError(
+            f'{recorded.bag.path}: holds no state after that of its start, with which another '
+            'method could be compared; record one tick at least, and publish it'
+        )
     if not compared:
         raise UserError(
             f'--dt {simulation.dt:g} s: hits none of the recorded times; choose one that divides '

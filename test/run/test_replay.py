@@ -9,6 +9,7 @@ import pytest
 from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 
+import rigid_body_sim as rbs
 from rigid_body_sim import Simulation, load_scene
 from rigid_body_sim.errors import RunError
 from rigid_body_sim.physics.integration.integrators import INTEGRATORS
@@ -181,6 +182,13 @@ def test_a_step_that_meets_no_recorded_time_is_refused(verb, bag):
     code, _, err = verb('replay', bag, '--dt', 0.7)
     assert code == 2
     assert '--dt' in err
+
+
+def test_a_bag_without_a_tick_has_nothing_to_compare_another_method_with(verb, tmp_path):
+    rbs.Simulation('oscillator').run(0.0).save(tmp_path / 'still')
+    code, _, err = verb('replay', tmp_path / 'still', '--integrator', 'rk4')
+    assert code == 2 and '--dt' not in err
+    assert f'{tmp_path / "still"}: holds no state after that of its start' in err
 
 
 def test_a_bag_begun_in_mid_run_with_commands_held_is_identical(as_json, tmp_path):
