@@ -16,7 +16,7 @@ What an agent should do is said by functions of the state (`StateOfBody`): `rewa
 and `terminated(state)`, and where a run begins by `start(rng)`, the arguments of `set_state`; the
 generator is that of `reset(seed=…)`, so equal seeds give equal runs. A run that leaves `reach` or
 diverges is terminated, its observation cut off there; `info['problem']` says why.
-gymnasium is the extra `gym`; there it is `gymnasium.make(ID, scene=…, body=…)`.
+gymnasium is the extra `gym`; there it is `gymnasium.make(ID, scene=…, body=…, torque=…)`.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ import numpy as np
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.library.simulation import AnyScene, Simulation
 from rigid_body_sim.missing_packages import missing
-from rigid_body_sim.physics.errors import InvalidModel, SimulationDiverged
+from rigid_body_sim.physics.errors import InvalidModel, SimulationDiverged, choose_from
 from rigid_body_sim.physics.model.numbers import array_of_numbers, number, shown
 from rigid_body_sim.physics.model.tick_length import whole_ticks
 from rigid_body_sim.physics.state.snapshot import StateOfBody
@@ -44,6 +44,12 @@ Array = np.ndarray
 NOTHING = (0.0, 0.0, 0.0)
 ID, ENTRY = 'rigid_body_sim/Body-v0', 'rigid_body_sim:BodyEnv'
 Reward = Callable[[StateOfBody, Array], float]
+OF_START = ('position', 'orientation', 'velocity', 'angular_velocity', 'frame')
+CALLED = {
+    'reward': 'reward(state, action), which gives a number',
+    'terminated': 'terminated(state), which gives a truth value',
+    'start': 'start(rng), which gives arguments of set_state, or None',
+}
 Start = Callable[[np.random.Generator], Mapping[str, Any]]
 
 
@@ -51,6 +57,22 @@ def turning_less(state: StateOfBody, action: Array) -> float:
     """Reward rest: minus |omega|^2 [rad^2/s^2] and a hundredth of |action|^2."""
     spin = state.angular_velocity
     return -float(spin @ spin) - 0.01 * float(action @ action)
+
+
+def _number(said: str, value: Any, *, unit: str, minimum: float) -> float:
+    try:
+        return number(value, unit=unit, minimum=minimum)
+    except InvalidModel as error:
+        raise InvalidModel(f'{said}: {error}') from None
+
+
+def _check_functions(said: str, **given: Any) -> None:
+    """Refuse, before a run, what cannot be called in it."""
+    for name, function in given.items():
+        if not callable(function) and not (name == 'start' and function is None):
+            raise InvalidModel(
+                f'{said}: {name}: got {shown(function)}; allowed: a function, {CALLED[name]}'
+            )
 
 
 class BodyEnv(Env):
@@ -89,18 +111,26 @@ class BodyEnv(Env):
         self.simulation = Simulation(scene, integrator=integrator)
         self._body, index = body, self.simulation.body_index(body)
         self._is_point = self.simulation.scene.bodies[index].is_point
-        largest = number(force, unit='N', minimum=0.0), number(torque, unit='N m', minimum=0.0)
+        said = self._said = f'environment of {body!r}'
+        largest = [
+            _number(f'{said}: {name}', value, unit=unit, minimum=0.0)
+            for name, value, unit in (('force', force, 'N'), ('torque', torque, 'N m'))
+        ]
         limits = [limit for limit in largest if limit for _ in range(3)]
         if not limits or (self._is_point and torque):
-            asked = f'environment of {body!r}: force {force} N, torque {torque} N m; '
+            asked = f'{said}: force {force} N, torque {torque} N m; '
             raise InvalidModel(asked + 'one at least is commanded, of a point mass a force alone')
+        _check_functions(said, reward=reward, terminated=terminated, start=start)
         self._limits, self._pushes = np.array(limits), bool(force)
-        self._ticks = whole_ticks(every, self.simulation.dt_ns, what='every')
+        self._ticks = whole_ticks(every, self.simulation.dt_ns, what=f'{said}: every')
         if self._ticks < 1:
-            raise InvalidModel(f'every: {every} s is less than a tick')
-        self._last = whole_ticks(duration, self.simulation.dt_ns, what='duration')
+            raise InvalidModel(
+                f'{said}: every: {every} s; allowed: from one tick of {self.simulation.dt:g} s on'
+            )
+        self._last = whole_ticks(duration, self.simulation.dt_ns, what=f'{said}: duration')
         self._reward, self._terminated, self._start = reward, terminated, start
-        most = np.full(6 if self._is_point else 13, number(reach, unit='m', minimum=1.0))
+        furthest = _number(f'{said}: reach', reach, unit='m', minimum=1.0)
+        most = np.full(6 if self._is_point else 13, furthest)
         most[3 : len(most) - 6] = 1.0  # of a quaternion
         self._most, self.observation_space = most, spaces.Box(-most, most, dtype=np.float64)
         self.action_space = spaces.Box(-1.0, 1.0, (len(limits),), np.float64)
@@ -112,8 +142,23 @@ class BodyEnv(Env):
         self.simulation.reset()
         self._begun = self.simulation.tick
         if self._start is not None:
-            self.simulation.set_state(self._body, **self._start(self.np_random))
+            self.simulation.set_state(self._body, **self._asked_start(self._start))
         return self._observed()[0], self._told()
+
+    def _asked_start(self, start: Start) -> dict[str, Any]:
+        """Give the arguments of `set_state` where a run begins."""
+        asked = start(self.np_random)
+        if not isinstance(asked, Mapping):
+            raise InvalidModel(
+                f'{self._said}: start: gave {shown(asked)}; allowed: a mapping with '
+                f'{", ".join(OF_START)}, as far as they are not as the scene says'
+            )
+        for key in asked:
+            if key not in OF_START:
+                raise InvalidModel(
+                    f'{self._said}: start: gave {shown(key)}{choose_from(key, OF_START)}'
+                )
+        return dict(asked)
 
     def step(self, action: Any) -> tuple[Array, float, bool, bool, dict[str, Any]]:
         """Hold an action over `every`; a run that diverges has reward -inf."""

@@ -160,6 +160,25 @@ def test_an_action_of_another_shape_or_kind_is_refused(action):
     assert env.simulation.tick == 0
 
 
+@pytest.mark.parametrize(
+    ('given', 'said'),
+    [
+        ({'torque': -1}, 'torque: got -1; a finite number [N m], at least 0.0 is needed'),
+        ({'reach': 'far'}, "reach: got 'far'; a finite number [m], at least 1.0 is needed"),
+        ({'every': 0.0}, 'every: 0.0 s; allowed: from one tick of 0.01 s on'),
+        ({'duration': -1}, 'duration: -1 s; allowed: a number of seconds from 0 on'),
+        ({'reward': 3}, 'reward: got 3; allowed: a function, reward(state, action), which'),
+        ({'start': {'velocity': 1}}, "start: got {'velocity': 1}; allowed: a function, start("),
+        ({'start': lambda _rng: {'speed': 1}}, "start: gave 'speed'; allowed: position, "),
+        ({'start': lambda _rng: 3}, 'start: gave 3; allowed: a mapping with position, '),
+    ],
+)
+def test_what_an_environment_refuses_it_names(given, said):
+    with pytest.raises(rbs.InvalidModel) as refused:
+        rbs.BodyEnv('satellite', 'satellite', **{'torque': 1.0, **given}).reset(seed=1)
+    assert str(refused.value).startswith(f"environment of 'satellite': {said}")
+
+
 def test_the_environment_passes_the_check_of_gymnasium_without_a_warning():
     import gymnasium
     from gymnasium.utils.env_checker import check_env
