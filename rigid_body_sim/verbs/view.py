@@ -21,7 +21,7 @@ from rigid_body_sim.physics.errors import choose_from
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.recording.every_body import with_every_body
 from rigid_body_sim.recording.mcap_scan import MOST_TIME
-from rigid_body_sim.recording.new_output import check_folder, replacing
+from rigid_body_sim.recording.new_output import FULL, check_folder, not_written, replacing
 from rigid_body_sim.recording.record_values import RecordValues
 from rigid_body_sim.runs.reading_guard import reads_recording
 from rigid_body_sim.runs.warning_lines import warning_printer
@@ -221,10 +221,19 @@ def _film(page: str, output: Path, settings: FilmSettings, motion: RecordedMotio
     if settings.body is not None and settings.body not in names:
         cure = choose_from(settings.body, names)
         raise UserError(f'--body {settings.body}: the bag has no such body{cure}')
-    with tempfile.TemporaryDirectory() as folder:
-        whole = Path(folder) / output.name
-        film(page, whole, settings)
-        return whole.read_bytes()
+    try:
+        with tempfile.TemporaryDirectory() as folder:
+            whole = Path(folder) / output.name
+            film(page, whole, settings)
+            return whole.read_bytes()
+    except OSError as error:
+        if error.errno not in FULL:
+            raise
+        raise not_written(
+            Path(tempfile.gettempdir()),
+            error,
+            f'{output.name} is drawn there first: make room, or name another folder: TMPDIR=DIR',
+        ) from error
 
 
 def _check_output(output: Path) -> None:

@@ -5,14 +5,17 @@
 from __future__ import annotations
 
 import argparse
+import errno
 import itertools
 import shutil
 import subprocess
+import tempfile
 
 import numpy as np
 import pytest
 from PIL import Image
 
+from rigid_body_sim.__main__ import main
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.verbs import simulate, view
 from rigid_body_sim.view.film import FilmSettings
@@ -54,6 +57,22 @@ def test_a_gif_has_a_frame_for_each_of_its_times_and_the_body_turns_in_it(bag, t
     body = (slice(20, 130), slice(60, 140))
     changes = [np.abs(a[body] - b[body]).max() for a, b in itertools.pairwise(frames)]
     assert min(changes) > 30  # 1 rad from frame to frame: its pattern is somewhere else each time
+
+
+def test_a_full_folder_of_frames_is_told_with_the_folder_and_its_cure(
+    bag, tmp_path, monkeypatch, capsys
+):
+    def full(_page, output, _settings):
+        raise OSError(errno.ENOSPC, 'No space left on device', str(output))
+
+    monkeypatch.setattr(view, 'film', full)
+    monkeypatch.setattr(view, 'need_tools', lambda _output: None)
+    monkeypatch.setattr(tempfile, 'tempdir', str(tmp_path))
+    assert main(['view', str(bag), '-o', str(tmp_path / 'run.gif')]) == 1
+    assert (
+        f'error: {tmp_path}: cannot be written: No space left on device; run.gif is drawn there '
+        'first: make room, or name another folder: TMPDIR=DIR\n'
+    ) in capsys.readouterr().err
 
 
 @needs_browser
