@@ -47,6 +47,7 @@ from rigid_body_sim.sweeps.plan import LOOKS, Sweep, code_digest
 
 MOST_TICKS = 2**40  # [-] of a run: years of work
 MOST_EVICTED = 8  # [-] runs taken out of a pack one by one; then it costs less to make all alone
+NEAR = 1e-6  # [-] of a duration: rounded by less to whole ticks it is not worth a word
 MOST_WARNINGS = 8  # [-] lines in one row
 
 Row = dict[str, Any]
@@ -67,6 +68,7 @@ class Pack:
         self.simulation = self._simulation()
         self.is_quiet = packs.pack_key(scenes[0], energy=True) is not None
         self.ticks, self.every = _ticks(sweep, self.simulation.dt_ns)
+        self._rounded = _rounding(sweep, self.ticks, self.simulation.dt)
         self.looks = Looks(scenes[0], sweep.bodies, len(self.runs))
         self.energies: QuietEnergies | None = None
         self.evicted: list[int] = []
@@ -176,7 +178,7 @@ class Pack:
         for place, run in enumerate(self.runs):
             balance = balances[place]
             of_start = start_warnings(self.scenes[place]) if packed else ()
-            told = [*of_start, *always, *self._told[place]]
+            told = [*self._rounded, *of_start, *always, *self._told[place]]
             if balance is not None:
                 touched = simulation.has_touched
                 said = energy_warning(balance, simulation.integrator, touched=touched)
@@ -214,6 +216,27 @@ def _ticks(sweep: Sweep, dt_ns: int) -> tuple[int, int]:
         )
     every = sweep.duration / LOOKS if sweep.every is None else sweep.every
     return ticks, max(1, round(every * 1e9 / dt_ns))
+
+
+def _rounding(sweep: Sweep, ticks: int, dt: float) -> list[str]:
+    """Say where a duration is no whole number of ticks [s]."""
+    if abs(ticks * dt - sweep.duration) <= NEAR * sweep.duration:
+        return []
+    return [
+        f'duration {sweep.duration:g} s is no whole number of ticks of {dt:g} s; the run takes '
+        f'{ticks} of them, {ticks * dt:.9g} s'
+    ]
+
+
+def _notes_of(sweep: Sweep, rows: Sequence[Row]) -> list[str]:
+    """Say once what is told in rows of what was asked for all of them."""
+    ends = [row['time'] for row in rows if row['status'] == DONE]
+    if all(abs(end - sweep.duration) <= NEAR * sweep.duration for end in ends):
+        return []
+    return [
+        f'the duration of {sweep.duration:g} s is no whole number of ticks in some runs, which '
+        'take the nearest: see `time` and `warnings` of their rows'
+    ]
 
 
 @contextmanager
@@ -281,7 +304,8 @@ def rows_of(
         found |= {row['run']: row for row in rows}
         notes += more
         done += len(job)
-    return [_with_varied(sweep, found[run], values.get(run)) for run in runs], notes
+    made = [_with_varied(sweep, found[run], values.get(run)) for run in runs]
+    return made, [*notes, *_notes_of(sweep, made)]
 
 
 def _share(saw: Saw, begin: float, part: float, share: float) -> None:

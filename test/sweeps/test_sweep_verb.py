@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`sweep` as a user calls it."""
 
+import csv
 import json
 
 import pyarrow.parquet
@@ -81,6 +82,20 @@ def test_fewer_runs_than_combinations_are_told(verb, tmp_path):
     words = ('--vary', 'satellite.mass=1:2:5', '--runs', 2, '--duration', 0.1, '-j', 1)
     code, _, err = verb('sweep', 'satellite', *words, '-o', tmp_path / 'x.parquet')
     assert code == 0 and '2 runs of 5 combinations' in err
+
+
+def test_a_run_that_ends_beside_the_duration_is_told_as_simulate_tells_it(verb, tmp_path):
+    words = ('--vary', 'dt=0.003,0.01', '--duration', 1, '-j', 1, '-o', tmp_path / 'runs.csv')
+    code, _, err = verb('sweep', 'satellite', *words)
+    assert code == 0
+    note = 'rigid_body_sim sweep: the duration of 1 s is no whole number of ticks in some runs, '
+    assert err.count(note) == 1
+    with (tmp_path / 'runs.csv').open() as file:
+        short, whole = csv.DictReader(file)
+    assert (short['time'], whole['time'], whole['warnings']) == ('0.999', '1.0', '')
+    assert short['warnings'] == (
+        'duration 1 s is no whole number of ticks of 0.003 s; the run takes 333 of them, 0.999 s'
+    )
 
 
 def test_a_run_that_diverges_has_its_bag_too(verb, tmp_path):
