@@ -8,6 +8,7 @@ Only regular files are opened: a pipe or a device would be waited for, or read w
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -44,13 +45,22 @@ def locate(path: Path) -> tuple[tuple[Path, ...], dict[str, Any] | None]:
             f'{path}: storage {_short(storage)}, compression mode {_short(compression)}; '
             "allowed: 'mcap', none; convert it with: ros2 bag convert"
         )
-    files = tuple(path / Path(name).name for name in information['relative_file_paths'])
+    files = tuple(path / _on_disk(Path(name).name) for name in information['relative_file_paths'])
     if len(set(files)) < len(files):
         raise DamagedBag(f'{path / bag_metadata.FILE_NAME}: names a file twice')
     for file in files:
         if not file.is_file():
             raise UserError(f'{file}: missing, but metadata.yaml names it')
     return files, information
+
+
+def _on_disk(name: str) -> str:
+    """Give the name of a file, text in UTF-8, as paths have it in the locale of the process."""
+    try:
+        os.fsencode(name)
+    except UnicodeEncodeError:  # LC_ALL=C without UTF-8 knows ASCII alone, and bytes
+        return os.fsdecode(name.encode(errors='surrogateescape'))
+    return name
 
 
 def lone_file(path: Path) -> Path:

@@ -6,6 +6,10 @@
 
 import argparse
 import json
+import os
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,6 +18,8 @@ from rigid_body_sim.__main__ import main
 from rigid_body_sim.errors import RunError, UserError
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.verbs import bag
+
+ROOT = Path(__file__).parents[2]
 
 
 def call(*words):
@@ -139,3 +145,17 @@ def test_an_unusable_path_is_the_users_error(tmp_path, words):
         call(*words, *paths)
     assert failure.value.exit_code == 2
     assert '\n' not in str(failure.value)
+
+
+def test_a_bag_with_an_umlaut_in_its_name_is_found_in_a_locale_without_one(tmp_path):
+    """Names of files in metadata.yaml are UTF-8 whatever the locale of the reader."""
+    bag = tmp_path / 'Ünsere'
+    assert main(['simulate', 'oscillator', '--duration', '0.1', '-o', str(bag)]) == 0
+    done = subprocess.run(
+        [sys.executable, '-m', 'rigid_body_sim', 'bag', 'check', bag.rename(tmp_path / 'bag')],
+        env=os.environ | {'LC_ALL': 'C', 'PYTHONUTF8': '0', 'PYTHONPATH': str(ROOT)},
+        capture_output=True,
+        check=False,
+    )
+    said = f'{tmp_path / "bag"}: whole\n'.encode()
+    assert (done.returncode, done.stdout, done.stderr) == (0, said, b'')
