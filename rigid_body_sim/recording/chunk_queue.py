@@ -6,13 +6,14 @@ Between the one who writes messages and the file: batches wait here until they m
 `DirectQueue` closes a chunk by bytes alone, in the caller's thread: equal messages give equal
 files; for what is derived from a recording and can be derived again. Runs take the other one.
 `ThreadedQueue` closes it in a thread of its own and also by wall time, so that a killed process
-loses no more than the last half second. Neither drops anything: a full queue makes the caller
-wait.
+loses no more than the last half second; what has piled up goes out as several chunks, so that a
+reader need not hold it all. Neither drops anything: a full queue makes the caller wait.
 """
 
 from __future__ import annotations
 
 import threading
+from collections import deque
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
@@ -26,6 +27,7 @@ DIRECT_CHUNK_BYTES = (
 THREADED_CHUNK_BYTES = (
     1 << 18
 )  # [bytes] smaller: more work; larger: the interpreter is held longer
+LARGEST_CHUNK_BYTES = 1 << 21  # [bytes] of what has piled up; one batch may be more
 PENDING_BYTES = 1 << 26  # [bytes] that may wait for a slow disk before the writer waits too
 FLUSH_PERIOD = 0.1  # [s] wall; leaves 0.4 s for a busy machine to keep the promised 0.5 s
 
@@ -77,7 +79,7 @@ class ThreadedQueue:
     def __init__(self, sink: Sink) -> None:
         self._sink = sink
         self._changed = threading.Condition()
-        self._batches: list[Batch] = []
+        self._batches: deque[Batch] = deque()
         self._bytes = 0
         self._writing = False
         self._wanted = False
@@ -121,8 +123,8 @@ class ThreadedQueue:
         while True:
             with self._changed:
                 self._changed.wait_for(self._is_due, FLUSH_PERIOD)
-                batches, self._batches, self._bytes = self._batches, [], 0
-                self._wanted = False
+                batches = self._next_chunk()
+                self._wanted = self._wanted and bool(self._batches)
                 if not batches and self._stopped:
                     return
                 self._writing = True
@@ -136,6 +138,15 @@ class ThreadedQueue:
                 self._changed.notify_all()
             if self._error is not None:
                 return
+
+    def _next_chunk(self) -> list[Batch]:
+        """Take what has waited longest, as much as a chunk may hold, and one batch at least."""
+        batches, size = [], 0
+        while self._batches and (not batches or size < LARGEST_CHUNK_BYTES):
+            batches.append(self._batches.popleft())
+            size += len(batches[-1].data)
+        self._bytes -= size
+        return batches
 
     def _is_due(self) -> bool:
         return self._wanted or self._stopped or self._bytes >= THREADED_CHUNK_BYTES

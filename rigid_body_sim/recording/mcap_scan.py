@@ -33,7 +33,7 @@ MOST_TIME = 2**63 - 1  # [ns] the largest that ROS and rosbag2 can hold
 _FRAME = Struct('<BQ')
 _MESSAGE = Struct('<HIQQ')
 _CHANNEL = Struct('<BQH')  # the frame of a message record, and its channel
-_RUN = 1 << 16  # [bytes] of message indexes that are stepped over at once
+RUN_OF_INDEXES = 1 << 16  # [bytes] of message indexes that are stepped over at once
 _WINDOW = 1 << 27  # [bytes] of memory that a zstd frame may ask for
 
 R = TypeVar('R', bound=McapRecord)
@@ -117,8 +117,8 @@ def records(stream: BinaryIO, *, message_indexes: bool = True) -> Iterator[Recor
             raise Torn(position, 'the file ends without a footer')
         opcode, length = _FRAME.unpack(frame)
         if opcode == mcap_file.MESSAGE_INDEX and not message_indexes:
-            run = frame + stream.read(_RUN)
-            end = _end_of_indexes(run)
+            run = frame + stream.read(RUN_OF_INDEXES)
+            end = end_of_indexes(run)
             stream.seek(position + max(end, _FRAME.size))
             if end:
                 crc = zlib.crc32(run[:end], crc)
@@ -140,7 +140,7 @@ def records(stream: BinaryIO, *, message_indexes: bool = True) -> Iterator[Recor
             return
 
 
-def _end_of_indexes(run: bytes) -> int:
+def end_of_indexes(run: bytes) -> int:
     """Tell where the last whole message index ends of those that bytes begin with."""
     end, last = 0, len(run) - _FRAME.size
     while end <= last:

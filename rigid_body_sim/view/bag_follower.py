@@ -5,6 +5,10 @@ Follows a bag that is being written: each look reads the records that were added
 
 A writer appends whole records; what is not whole yet is read at the next look. The scene stands
 before the first message, so that the first look knows what to draw.
+
+A run may be written faster than anybody can read it. Of more than a look may interpret, chunks are
+stepped over evenly, the newest never: in bags of ours, where they hold messages alone; in others
+names of topics may stand in any chunk, and a look goes only as far as it may.
 """
 
 from __future__ import annotations
@@ -31,7 +35,8 @@ SCENE = 'scene.yaml'
 BEGINNING = 30.0  # [s] for a bag to come into being and to hold a first instant
 LOOK = 0.1  # [s] between looks for that
 MOST_AT_FIRST, MOST_AT_ONCE = 2000, 25  # instants of what was there, and of each look
-LARGEST_LOOK = 1 << 26  # [byte] read at once
+FIRST_LOOK, LATER_LOOK = 1 << 26, 1 << 22  # [byte] that are interpreted at once: 2 s, 0.1 s
+BUFFER = 1 << 16  # [byte]
 _FRAME = Struct('<BQ')
 
 
@@ -41,6 +46,7 @@ class BagFollower:
 
     scene, title, about : known after `begin`
     ended               : whether the writer has closed it
+    run                 : how often its time went back, as of a bag of a player in a loop
     """
 
     def __init__(self, path: Path) -> None:
@@ -52,7 +58,13 @@ class BagFollower:
         self._types: dict[int, str] = {}
         self._names: dict[int, str] = {}  # of the topics that tell of the motion
         self._files: dict[str, bytes] = {}
+        self._is_ours = False  # what our writers make: chunks hold messages alone
         self._motion: GrowingMotion | None = None
+
+    @property
+    def run(self) -> int:
+        """Which run it is that is shown."""
+        return 0 if self._motion is None else self._motion.run
 
     def begin(self) -> RecordedMotion:
         """
@@ -63,7 +75,7 @@ class BagFollower:
         deadline = time.monotonic() + BEGINNING
         while True:
             if self._file() is not None:
-                first = self._look(MOST_AT_FIRST)
+                first = self._look(MOST_AT_FIRST, FIRST_LOOK)
                 if first is not None:
                     self._learn_scene()
                     return first
@@ -94,7 +106,7 @@ class BagFollower:
 
     def more(self) -> RecordedMotion | None:
         """Give what came since the last call."""
-        return None if self.ended else self._look(MOST_AT_ONCE)
+        return None if self.ended else self._look(MOST_AT_ONCE, LATER_LOOK)
 
     def _file(self) -> Path | None:
         """Find the file; None while there is none yet."""
@@ -105,38 +117,60 @@ class BagFollower:
                 raise
             return None
 
-    def _look(self, most: int) -> RecordedMotion | None:
+    def _look(self, most: int, room: int) -> RecordedMotion | None:
+        """Interpret about so many bytes of what came, and give so many instants of them."""
         file = self._file()
         if file is None:
             raise RunError(f'{self.path}: is no longer there')
-        with file.open('rb') as stream:
+        with file.open('rb', buffering=BUFFER) as stream:
+            size = stream.seek(0, 2)
+            stream.seek(0)
             if not mcap_file.MAGIC.startswith(stream.read(len(mcap_file.MAGIC))):
                 raise UserError(f'{file}: not a bag: does not start as an MCAP file')
-            while not self.ended and self._take_some(stream):
-                pass
+            self._take_some(stream, size, room)
         return None if self._motion is None else self._motion.whole(most=most)
 
-    def _take_some(self, stream: BinaryIO) -> bool:
-        """Read and take whole records; tells whether there was any."""
-        stream.seek(self._position)
-        content = stream.read(LARGEST_LOOK)
-        at = 0
-        while at + _FRAME.size <= len(content):
-            opcode, length = _FRAME.unpack_from(content, at)
-            if at == 0 and length > mcap_scan.MOST_BYTES:
+    def _take_some(self, stream: BinaryIO, size: int, room: int) -> None:
+        """Take whole records of a file of so many bytes, until so many are interpreted."""
+        share = room / max(size - self._position, room)
+        taken = due = 0.0  # [byte] interpreted; that may be, of chunks that came
+        passed: tuple[int, int] | None = None  # the last chunk, where it was stepped over
+        while not self.ended and (taken < room or self._is_ours):
+            position = self._position
+            stream.seek(position)
+            frame = stream.read(_FRAME.size)
+            if len(frame) < _FRAME.size:
+                break
+            opcode, length = _FRAME.unpack(frame)
+            if length > mcap_scan.MOST_BYTES:
                 raise RunError(f'{self.path}: a record of {length} bytes; it is damaged')
-            end = at + _FRAME.size + length
-            if end > len(content):
-                if at == 0 and length + _FRAME.size > LARGEST_LOOK:
-                    raise RunError(f'{self.path}: a record of {length} bytes is too large here')
+            self._position = position + _FRAME.size + length
+            if self._position > size:
+                self._position = position
                 break
-            record = mcap_scan.Record(opcode, self._position + at, content[at + _FRAME.size : end])
-            self._take(record)
-            at = end
-            if self.ended:
-                break
-        self._position += at
-        return at > 0
+            if opcode == mcap_file.MESSAGE_INDEX:
+                run = frame + stream.read(mcap_scan.RUN_OF_INDEXES)
+                self._position = max(self._position, position + mcap_scan.end_of_indexes(run))
+                continue
+            if opcode == mcap_file.CHUNK:
+                due += length * share
+                passed = (position, length) if self._is_ours and due <= 0.0 else None
+                if passed is not None:
+                    continue
+                due -= length
+            if opcode == mcap_file.DATA_END and passed is not None:
+                self._take_chunk(stream, *passed)
+                passed = None
+                stream.seek(position + _FRAME.size)
+            taken += length
+            self._take(mcap_scan.Record(opcode, position, stream.read(length)))
+        if passed is not None:
+            self._take_chunk(stream, *passed)
+
+    def _take_chunk(self, stream: BinaryIO, position: int, length: int) -> None:
+        """Interpret a chunk that was stepped over, as none came after it."""
+        stream.seek(position + _FRAME.size)
+        self._take(mcap_scan.Record(mcap_file.CHUNK, position, stream.read(length)))
 
     def _take(self, record: mcap_scan.Record) -> None:
         try:
@@ -158,6 +192,7 @@ class BagFollower:
             elif record.opcode == mcap_file.METADATA:
                 metadata = record.parse(Metadata)
                 if metadata.name == MANIFEST:
+                    self._is_ours = True
                     self.about = _about(metadata.metadata)
             elif record.opcode == mcap_file.DATA_END:
                 self.ended = True

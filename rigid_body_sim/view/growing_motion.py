@@ -8,6 +8,9 @@ it, its twist; those that are never whole, because somebody began to listen in t
 out. Contacts are told of bodies that have some, before the states of their tick: who hears them
 in another order (`late`) waits for a later instant before one goes out. Impacts have instants of
 their own: they go out as they came.
+
+On a topic of one run stamps never go back. Where one does, another run has begun, as of a node
+that was started again or of a player in a loop: what came before it is forgotten.
 """
 
 from __future__ import annotations
@@ -31,6 +34,8 @@ Array = NDArray[np.float64]
 
 _STAMP = Struct('<iI')  # behind the four bytes that begin every payload
 SECOND = 10**9  # [ns]
+MOST_ROWS = 100  # bodies times instants, for each of the instants that are asked for
+OBJECT_BYTES = 112  # [byte] of an array besides its numbers
 CONTACTS, IMPACTS = 'contacts', 'impacts'
 KINDS = {
     'pose': cdr.PoseStamped.TYPE,
@@ -52,52 +57,65 @@ class GrowingMotion:
 
     poses  : topics of the poses of all bodies
     others : topics of twists, applied wrenches, contacts and impacts, as far as there are any;
-             what comes on a topic that is named nowhere here is left out
+             what comes on a topic that is named nowhere here, or on the twist of a body without
+             pose, is left out
     late   : whether contacts may come behind the states of their tick
+    run    : how often the run that was heard has begun anew
     """
 
     def __init__(self, poses: Iterable[str], others: Iterable[str], *, late: bool = False) -> None:
         self.poses = list(poses)
         others = set(others)
-        self._known = {*self.poses, *others}
-        self._twists = [name for name in map(_twist, self.poses) if name in others]
-        self._needed = len(self.poses) + len(self._twists)
-        self._waiting: dict[int, dict[str, bytes]] = {}
-        self._wrenches: dict[str, list[bytes]] = {}
+        self._twists = {name for name in map(_twist, self.poses) if name in others}
+        self._needed = {*self.poses, *self._twists}
+        self._others = others
         self._tells_contacts = any(name.endswith(f'/{CONTACTS}') for name in others)
-        self._contacts: dict[int, dict[str, bytes]] = {}
         self._late = late and self._tells_contacts
         self._tells_impacts = any(name.endswith(f'/{IMPACTS}') for name in others)
+        self.run = -1
+        self._begin()
+
+    def _begin(self) -> None:
+        """Forget what came: it is of another run."""
+        self.run += 1
+        self._waiting: dict[int, dict[str, bytes]] = {}
+        self._wrenches: dict[str, list[bytes]] = {}
+        self._contacts: dict[int, dict[str, bytes]] = {}
         self._impacts: list[Impacts] = []
+        self._stamps: dict[str, int] = {}  # of the last message of each topic
         self._newest = -1  # whole instant at the last call
         self._last = -1
 
     def take(self, topic: str, payload: bytes) -> None:
         """Take a message."""
-        if topic not in self._known:
-            return
-        if topic.endswith('/applied_wrench'):
-            self._wrenches.setdefault(topic, []).append(payload)
-            return
-        if topic.endswith(f'/{IMPACTS}'):
-            self._impacts.append(impacts_of(impact_points(payload)))
-            return
-        sec, nanosec = _STAMP.unpack_from(payload, 4)
-        stamp = sec * SECOND + nanosec
-        if topic.endswith(f'/{CONTACTS}'):
+        if topic in self._needed:
+            stamp = _stamp(payload)
+            if stamp < self._stamps.get(topic, -1):
+                self._begin()
+            self._stamps[topic] = stamp
             if stamp > self._last:
-                self._contacts.setdefault(stamp, {})[topic] = payload
-        elif stamp > self._last:
-            self._waiting.setdefault(stamp, {})[topic] = payload
+                self._waiting.setdefault(stamp, {})[topic] = payload
+        elif topic not in self._others:
+            return
+        elif topic.endswith('/applied_wrench'):
+            self._wrenches.setdefault(topic, []).append(payload)
+        elif topic.endswith(f'/{IMPACTS}'):
+            self._impacts.append(impacts_of(impact_points(payload)))
+        elif topic.endswith(f'/{CONTACTS}') and (stamp := _stamp(payload)) > self._last:
+            self._contacts.setdefault(stamp, {})[topic] = payload
 
     def whole(self, *, most: int) -> RecordedMotion | None:
-        """Give what is whole since the last call, thinned to so many instants; None: nothing."""
-        stamps = sorted(t for t, found in self._waiting.items() if len(found) == self._needed)
+        """
+        Give what is whole since the last call, thinned to so many instants, of many bodies to
+        fewer; None: nothing.
+        """
+        stamps = sorted(t for t, found in self._waiting.items() if len(found) == len(self._needed))
         if self._late and stamps and stamps[-1] != self._newest:
             self._newest = stamps.pop()  # its contacts may be on the way: at the next call
         if not stamps:
             return None
         self._last = stamps[-1]
+        most = max(1, most * MOST_ROWS // max(MOST_ROWS, len(self.poses)))
         shown = stamps[:: -(-len(stamps) // most)]
         if shown[-1] != stamps[-1]:
             shown.append(stamps[-1])
@@ -128,6 +146,11 @@ class GrowingMotion:
         return {topic.split('/')[-2]: read_points(payload) for topic, payload in told.items()}
 
 
+def _stamp(payload: bytes) -> int:
+    sec, nanosec = _STAMP.unpack_from(payload, 4)
+    return sec * SECOND + nanosec
+
+
 def _twist(pose: str) -> str:
     return pose.removesuffix('pose') + 'twist'
 
@@ -153,3 +176,50 @@ def joined(blocks: Iterable[RecordedMotion]) -> RecordedMotion:
         if blocks[0].impacts is None
         else impacts.joined([block.impacts for block in blocks if block.impacts is not None]),
     )
+
+
+def size_of(motion: RecordedMotion) -> int:
+    """Memory that a motion takes [byte]."""
+    held = [getattr(t, each.name) for t in motion.tracks for each in fields(Track)[1:]]
+    held += [rows for told in motion.touching or () for rows in told.values()]
+    if motion.impacts is not None:
+        held += [getattr(motion.impacts, each.name) for each in fields(Impacts)]
+    return sum(each.nbytes + OBJECT_BYTES for each in held)
+
+
+def thinned(motion: RecordedMotion, most: int) -> RecordedMotion:
+    """
+    Keep so many instants at most, evenly over time, first and last among them; of the wrenches
+    between two the largest, and of impacts the hardest, as many as instants.
+    """
+    time = motion.tracks[0].time
+    kept = np.unique(np.searchsorted(time, np.linspace(time[0], time[-1], max(2, most))))
+    touching, struck = motion.touching, motion.impacts
+    return RecordedMotion(
+        tuple(_thinned(track, kept) for track in motion.tracks),
+        motion.command_time,
+        touching=None if touching is None else tuple(touching[k] for k in kept),
+        impacts=None if struck is None else impacts.hardest(struck, most),
+    )
+
+
+def _thinned(track: Track, kept: NDArray[np.int64]) -> Track:
+    found = {'time': track.time[kept]}
+    for name in ('position', 'orientation'):
+        found[name] = getattr(track, name)[kept]
+    of_twist = kept[: len(track.twist_time)]  # all, or it has none
+    for name in ('twist_time', 'velocity', 'angular_velocity'):
+        found[name] = getattr(track, name)[of_twist]
+    rows = _largest(track, found['time'])
+    for name in ('wrench_time', 'force', 'torque'):
+        found[name] = getattr(track, name)[rows]
+    return Track(track.name, **{name: values.copy() for name, values in found.items()})
+
+
+def _largest(track: Track, times: Array) -> NDArray[np.int64]:
+    """Rows of the largest wrench before each of some times, and of the last one."""
+    stretch = np.searchsorted(times, track.wrench_time)
+    size = np.sum(np.square(track.force), axis=1) + np.sum(np.square(track.torque), axis=1)
+    order = np.lexsort((size, stretch))
+    ends = np.flatnonzero(np.diff(stretch[order], append=-1))
+    return order[ends]

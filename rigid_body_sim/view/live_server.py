@@ -3,17 +3,22 @@
 """
 Serves the page of a run that goes on: a small HTTP server on the loopback of this machine.
 
-    /               the page, with all that was there when it was asked for
-    /events?after=K the blocks after the first K as server-sent events, as they come
+    /                     the page, with all that was there when it was asked for
+    /events?run=R&after=K the blocks after the first K of a run as server-sent events, as they come
 
-A block is what came between two looks. Nobody but this machine is served: the address is that of
-the loopback, and a request under another host name is refused.
+A block is what came between two looks. A run is what one page shows: where another one has begun,
+here or in a server that was started at this address since, or where the blocks after the first K
+are no longer apart, the event `begin` lets the page load itself anew.
+
+Nobody but this machine is served: the address is that of the loopback, and a request under another
+host name is refused.
 """
 
 from __future__ import annotations
 
 import base64
 import json
+import secrets
 import threading
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -23,15 +28,16 @@ from urllib.parse import parse_qs, urlsplit
 from rigid_body_sim.errors import RunError, UserError
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.stop_signals import STOP
-from rigid_body_sim.view.growing_motion import joined
-from rigid_body_sim.view.page_record import more_of
+from rigid_body_sim.view.growing_motion import joined, size_of, thinned
+from rigid_body_sim.view.page_record import Look, more_of
 from rigid_body_sim.view.playback_page import live_page
 from rigid_body_sim.view.recorded_motion import RecordedMotion
 
 LOOPBACK = '127.0.0.1'
 LOOK = 0.1  # [s] between looks at what has come
 ALIVE = 5.0  # [s] between signs of life to a browser, which show that it has gone
-MOST_BLOCKS = 36_000  # that are kept: an hour; older ones are forgotten
+MOST_BYTES = 1 << 26  # [byte] of motion that are kept: of more, older blocks are thinned
+YOUNGEST = 20  # blocks that stay as they came: 2 s, by which a browser may be behind
 
 
 class Source(Protocol):
@@ -40,12 +46,18 @@ class Source(Protocol):
 
     scene, title, about : known after `begin`
     ended               : whether nothing more will come
+    run                 : number of the run that blocks are of
     """
 
     scene: Scene | None
     title: str
     about: str
     ended: bool
+
+    @property
+    def run(self) -> int:
+        """Another number after another run has begun."""
+        ...
 
     def begin(self) -> RecordedMotion:
         """Give the first block; waits for it."""
@@ -57,30 +69,54 @@ class Source(Protocol):
 
 
 class LiveRun:
-    """What has come so far, for all browsers."""
+    """
+    What has come so far, for all browsers.
+
+    name : of the run that is shown, which no other has
+    size : of all that is kept of it [byte]
+    """
 
     def __init__(self, source: Source) -> None:
         self.source = source
-        self._blocks = [source.begin()]
-        self._forgotten = 0
         self._changed = threading.Condition()
-        self._is_whole = source.ended
         self.stopped = False
-        _, self._look = live_page(self._blocks[0], source.scene, title='')
+        self._begin(source.begin())
+        self._is_whole = source.ended
+
+    def _begin(self, block: RecordedMotion) -> None:
+        """Begin a run with its first block."""
+        self.name = secrets.token_hex(8)
+        self._run = self.source.run
+        self._blocks = [block]
+        self._numbers = [1]  # of the last that came of what is in each block
+        self.size = size_of(block)
+        _, self._look = live_page(block, self.source.scene, title='')
 
     def look(self) -> None:
         """Take what has come."""
         block = self.source.more()
         with self._changed:
-            if block is not None:
+            if block is not None and self.source.run != self._run:
+                self._begin(block)
+            elif block is not None:
                 self._blocks.append(block)
-                if len(self._blocks) > MOST_BLOCKS:
-                    del self._blocks[1]  # the first holds the origins
-                    self._forgotten += 1
+                self._numbers.append(self._numbers[-1] + 1)
+                self.size += size_of(block)
+                if self.size > MOST_BYTES and len(self._blocks) > 2 * YOUNGEST:
+                    self._thin()
             # not before its last block is here, or who streams would end without it
             self._is_whole = self.source.ended
             if block is not None or self._is_whole:
                 self._changed.notify_all()
+
+    def _thin(self) -> None:
+        """Make one block of the older ones, with as many instants as half of the room takes."""
+        older = joined(self._blocks[:-YOUNGEST])
+        count = len(older.tracks[0].time)
+        older = thinned(older, count * MOST_BYTES // (2 * size_of(older)))
+        self._blocks[:-YOUNGEST] = [older]
+        del self._numbers[: -YOUNGEST - 1]
+        self.size = sum(map(size_of, self._blocks))
 
     def stop(self) -> None:
         """Send everybody home."""
@@ -91,33 +127,41 @@ class LiveRun:
     def page(self) -> str:
         """Write the page of all that has come."""
         with self._changed:
-            blocks, told = list(self._blocks), self._forgotten + len(self._blocks)
-        source = self.source
-        about = ' · '.join(filter(None, (source.about, 'live')))
+            blocks, told, name = list(self._blocks), self._numbers[-1], self.name
+            source = self.source
+            scene, title = source.scene, source.title
+            about = ' · '.join(filter(None, (source.about, 'live')))
         page, _ = live_page(
-            joined(blocks), source.scene, title=source.title, about=about, told=told
+            joined(blocks), scene, title=title, about=about, live={'told': told, 'run': name}
         )
         return page
 
-    def after(self, told: int) -> tuple[int, RecordedMotion | None]:
-        """Wait for what is after the first blocks; gives their number, and None for nothing."""
+    def after(self, run: str, told: int) -> tuple[int, str | None] | None:
+        """
+        Wait for what is after the first blocks of a run.
+
+        returns : their number then, and what is new as a page takes it, None for nothing; None:
+                  that cannot be told, as another run is shown or the blocks are apart no more
+        """
         with self._changed:
-            known = self._forgotten + len(self._blocks)
-            if known <= told and not self.ended:
+            if run == self.name and self._numbers[-1] <= told and not self.ended:
                 self._changed.wait(ALIVE)
-            known = self._forgotten + len(self._blocks)
-            new = self._blocks[max(1, told - self._forgotten) :] if known > told else []
-        return known, joined(new) if new else None
+            if run != self.name or told not in self._numbers:
+                return None
+            known, look = self._numbers[-1], self._look
+            new = self._blocks[self._numbers.index(told) + 1 :]
+        return known, _event(joined(new), look) if new else None
 
     @property
     def ended(self) -> bool:
         """Whether nothing more will come."""
         return self._is_whole or self.stopped
 
-    def event(self, motion: RecordedMotion) -> str:
-        """Write a block as a page takes it."""
-        record, numbers = more_of(motion, self._look)
-        return json.dumps({'record': record, 'numbers': base64.b64encode(numbers).decode()})
+
+def _event(motion: RecordedMotion, look: Look) -> str:
+    """Write a block as a page takes it."""
+    record, numbers = more_of(motion, look)
+    return json.dumps({'record': record, 'numbers': base64.b64encode(numbers).decode()})
 
 
 class _Handler(BaseHTTPRequestHandler):
@@ -156,13 +200,17 @@ class _Handler(BaseHTTPRequestHandler):
         self.send_header('Content-Type', 'text/event-stream')
         self.send_header('Cache-Control', 'no-store')
         self.end_headers()
-        run, known = self._run, int(told)
+        run, known, name = self._run, int(told), query.get('run', [''])[0]
         try:
             while True:
                 ended = run.ended
-                known, motion = run.after(known)
-                if motion is not None:
-                    self._write(f'id: {known}\ndata: {run.event(motion)}\n\n')
+                news = run.after(name, known)
+                if news is None:
+                    self._write('event: begin\ndata:\n\n')
+                    return
+                known, event = news
+                if event is not None:
+                    self._write(f'id: {known}\ndata: {event}\n\n')
                 elif ended:
                     self._write('event: end\ndata:\n\n')
                     return

@@ -32,7 +32,7 @@ from numpy.typing import NDArray
 from rigid_body_sim.physics.model import shapes
 from rigid_body_sim.physics.model.scene import Body, Scene
 from rigid_body_sim.physics.model.variable_mass import flow_of
-from rigid_body_sim.physics.state.impacts import Impacts
+from rigid_body_sim.physics.state.impacts import Impacts, hardest
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.view.contact_arrows import arrows_of, read_arrows
 from rigid_body_sim.view.drawn_forces import ArrowSet, RecordedStates, drawn_ties, force_arrows
@@ -465,9 +465,7 @@ def _impacts(
     """
     if found is None or not (live or len(found)):
         return None
-    if len(found) > MOST_IMPACTS:
-        sizes = np.linalg.norm(found.impulse, axis=1)
-        found = found[np.sort(np.argsort(-sizes, kind='stable')[:MOST_IMPACTS])]
+    found = hardest(found, MOST_IMPACTS)
     places = np.hstack((found.point, found.normal))
     return {'times': numbers.add(found.time, 'f8'), 'places': numbers.add(places, 'f4')}
 

@@ -14,6 +14,7 @@ from __future__ import annotations
 import base64
 import gzip
 import json
+from collections.abc import Mapping
 from functools import cache
 from html import escape
 from importlib.resources import files
@@ -61,15 +62,20 @@ def playback_page(
 
 
 def live_page(
-    motion: RecordedMotion, scene: Scene | None, *, title: str, about: str = '', told: int = 0
+    motion: RecordedMotion,
+    scene: Scene | None,
+    *,
+    title: str,
+    about: str = '',
+    live: Mapping[str, Any] | None = None,
 ) -> tuple[str, Look]:
     """
     Write the page of a run that goes on, and give what `page_record.more_of` needs for the rest.
 
-    told : blocks that it holds; it asks for those after them
+    live : what it asks for more with: `run`, and `told`, the number of blocks that it holds
     """
     record, numbers, look = page_record(motion, scene, live=True)
-    record['live'] = {'told': told}
+    record['live'] = dict(live or {})
     return _page(record, numbers, title, about, expected_outcome(scene)), look
 
 

@@ -7,7 +7,10 @@ from __future__ import annotations
 import argparse
 import contextlib
 import http.client
+import socket
 import struct
+import subprocess
+import sys
 import threading
 import time
 
@@ -17,9 +20,15 @@ import pytest
 from rigid_body_sim.analysis.recorded_contacts import read_points
 from rigid_body_sim.analysis.recorded_impacts import read_impacts
 from rigid_body_sim.errors import RunError, UserError
-from rigid_body_sim.recording import cdr
+from rigid_body_sim.recording import cdr, chunk_queue
 from rigid_body_sim.recording.bag_reader import Bag, DamagedBag
-from rigid_body_sim.recording.batch import MESSAGE_HEAD, MESSAGE_LENGTH_EXTRA, MESSAGE_OPCODE
+from rigid_body_sim.recording.batch import (
+    MESSAGE_HEAD,
+    MESSAGE_LENGTH_EXTRA,
+    MESSAGE_OPCODE,
+    Batch,
+    TickLayout,
+)
 from rigid_body_sim.recording.chunk import Chunk
 from rigid_body_sim.recording.mcap_file import McapFile
 from rigid_body_sim.scene import load_scene
@@ -28,8 +37,12 @@ from rigid_body_sim.view import bag_follower, live_server
 from rigid_body_sim.view.bag_follower import BEGINNING, BagFollower
 from rigid_body_sim.view.contact_arrows import read_arrows
 from rigid_body_sim.view.energy_history import energy_history
-from rigid_body_sim.view.growing_motion import GrowingMotion, joined
-from rigid_body_sim.view.recorded_motion import read_motion
+from rigid_body_sim.view.growing_motion import GrowingMotion, joined, size_of, thinned
+from rigid_body_sim.view.playback_page import unpacked
+from rigid_body_sim.view.recorded_motion import RecordedMotion, Track, read_motion
+
+from ..pages import array_of
+from ..patience import PATIENCE
 
 DURATION = 4.0  # [s]
 
@@ -288,7 +301,7 @@ def test_a_run_has_not_ended_before_its_last_block_is_there(written, tmp_path):
     writing.up_to(0.5)
     source = Hesitant(writing.path)
     run = live_server.LiveRun(source)
-    told, _ = run.after(0)
+    told, _ = run.after(run.name, 1)
     writing.up_to(1.0)
     looking = threading.Thread(target=run.look)
     looking.start()
@@ -297,7 +310,7 @@ def test_a_run_has_not_ended_before_its_last_block_is_there(written, tmp_path):
     source.may_give.set()
     looking.join()
     assert run.ended
-    assert run.after(told)[1] is not None
+    assert run.after(run.name, told)[1] is not None
 
 
 def test_impacts_grow_with_the_run_as_the_whole_bag_has_them(tab, tmp_path):
@@ -346,11 +359,217 @@ def test_a_state_waits_for_the_contacts_that_come_behind_it(touching):
     assert told == sum(len(read_points(m.data)) for m in bag.messages(names[4:])) > 0
 
 
+def test_a_record_of_any_size_that_the_format_allows_is_followed(tmp_path):
+    cloud = ('/cloud', cdr.PointCloud2.TYPE, bytes(70 << 20))
+    path = foreign(tmp_path / 'bag', ('/ball/pose', POSE, PLACED), cloud)
+    follower = BagFollower(path)
+    assert follower.begin().tracks[0].time.tolist() == [1.0]
+    while not follower.ended:
+        assert follower.more() is None
+
+
+def test_a_run_that_is_written_faster_than_it_is_read_is_shown_at_its_newest(
+    tmp_path, monkeypatch
+):
+    """Of much more than a look may interpret, chunks are stepped over evenly."""
+    for name in ('LARGEST_CHUNK_BYTES', 'THREADED_CHUNK_BYTES'):
+        monkeypatch.setattr(chunk_queue, name, 5000)  # some hundred chunks
+    path = tmp_path / 'fast'
+    parser = argparse.ArgumentParser()
+    simulate.add_arguments(parser)
+    words = ['two_bodies', '-o', str(path), '--duration', str(DURATION), '--json']
+    assert simulate.run(parser.parse_args(words)) == 0
+    content, bag = next(path.glob('*.mcap')).read_bytes(), Bag(path)
+    writing = Writing(tmp_path, content)
+    writing.up_to(0.2)
+    monkeypatch.setattr(bag_follower, 'LATER_LOOK', 20_000)
+    assert len(content) > 10 * 20_000
+    follower = BagFollower(writing.path)
+    before = follower.begin().tracks[0].time[-1]
+    writing.up_to(1.0)
+    block = follower.more()
+    assert follower.ended
+    (time, whole) = block.tracks[0].time, read_motion(bag, samples=10**6).tracks[0]
+    assert time[-1] == DURATION and np.all(np.diff(time) > 0)
+    assert before < time[0] < 0.3 * DURATION  # evenly: also of what came first
+    places = np.searchsorted(whole.time, time)
+    assert np.array_equal(block.tracks[0].position, whole.position[places])
+
+
+def test_what_piles_up_at_a_writer_goes_out_in_chunks_of_bounded_size(monkeypatch):
+    monkeypatch.setattr(chunk_queue, 'LARGEST_CHUNK_BYTES', 1000)
+    layout = TickLayout.of_records((), 1, channels=[], sizes=[1], time_offsets=[])
+    may_write, written = threading.Event(), []
+
+    def slow(batches):
+        assert may_write.wait(30)
+        written.append(b''.join(batch.data for batch in batches))
+
+    queue = chunk_queue.ThreadedQueue(slow)
+    batches = [bytes([k]) * 300 for k in range(100)]
+    for data in batches:
+        queue.put(Batch(layout, data, (0,), None))
+    may_write.set()
+    queue.stop()
+    assert b''.join(written) == b''.join(batches)
+    assert max(map(len, written)) <= 1000 + 300  # one batch beyond
+
+
+class Told:
+    """A source that says what it is told to."""
+
+    def __init__(self, *blocks):
+        self.scene, self.title, self.about, self.ended, self.run = None, 'told', '', False, 0
+        self.coming = list(blocks)
+
+    def begin(self):
+        return self.coming.pop(0)
+
+    def more(self):
+        return self.coming.pop(0) if self.coming else None
+
+
+def moving(*times):
+    """A ball at so many instants, which is pushed at each of them."""
+    time, k = np.array(times, dtype=float), len(times)
+    place, turn = np.outer(time, [1.0, 0.0, 0.0]), np.tile([0.0, 0.0, 0.0, 1.0], (k, 1))
+    still = np.zeros((k, 3))
+    track = Track('ball', time, place, turn, time, still, still, time, place, still)
+    return RecordedMotion((track,), np.empty(0))
+
+
+def test_what_is_kept_for_browsers_is_bounded_and_its_older_instants_are_thinned(monkeypatch):
+    block = moving(*range(25))
+    monkeypatch.setattr(live_server, 'MOST_BYTES', 100 * size_of(block))
+    source = Told(block)
+    run = live_server.LiveRun(source)
+    for k in range(1, 1000):
+        source.coming.append(moving(*range(25 * k, 25 * k + 25)))
+        run.look()
+        assert run.size <= live_server.MOST_BYTES
+    assert len(run.page()) < 2 * len(live_server.LiveRun(Told(block)).page())
+    record, numbers = unpacked(run.page())
+    times = array_of(record['series']['time'], numbers)
+    steps = np.diff(times)
+    assert times[0] == 0.0 and times[-1] == 24_999.0 and np.all(steps > 0.0)
+    assert np.all(steps[-25:] == 1.0) and steps.max() < 100.0  # evenly
+    assert run.after(run.name, record['live']['told'] - 1)[1] is not None
+    assert run.after(run.name, 30) is None  # those after it are apart no more
+
+
+def test_a_motion_with_fewer_instants_has_the_largest_of_its_wrenches():
+    (track,) = thinned(moving(1, 2, 3, 4, 5, 6, 7), 4).tracks
+    assert track.time.tolist() == track.twist_time.tolist() == [1, 3, 5, 7]
+    assert track.position[:, 0].tolist() == track.force[:, 0].tolist() == [1, 3, 5, 7]
+
+
+def test_a_page_keeps_no_more_than_so_many_instants_of_a_run_that_goes_on(tab):
+    source = Told(moving(*range(1000)))
+    with live_page_of(source) as (run, address):
+        tab.open(address)
+        tab.wait_for("document.body.dataset.state === 'ready' && document.body.dataset.live")
+        for k in range(1, 60):
+            source.coming.append(moving(*np.linspace(1000 * k, 1000 * k + 999, 1000)))
+            run.look()
+        source.ended = True
+        run.look()
+        tab.wait_for("document.body.dataset.live === 'ended'")
+        times, lengths = tab.evaluate("""[[...view.run.times],
+            Object.values(view.run.series).map(each => each.values.length / each.width)]""")
+        assert tab.errors == []
+    assert set(lengths) == {len(times)} and len(times) < 50_000
+    assert np.diff(times).max() < 4.0  # evenly
+    assert times[-1] == 59_999.0 and np.all(np.diff(times) > 0.0)
+
+
+def test_another_run_begins_where_stamps_go_back():
+    """As of a node that was started again: what came before is no part of it."""
+    names = ['/ball/pose', '/ball/twist']
+    growing = GrowingMotion(names[:1], names)
+
+    def tick(stamp):
+        for name, kind, three in zip(
+            names, (cdr.PoseStamped, cdr.TwistStamped), ((0.0, 0.0, 0.0, 1.0), (0.0,) * 3)
+        ):
+            growing.take(name, cdr.encode(kind(stamp, 0, 'world', (1.0, 2.0, 3.0), three)))
+
+    for stamp in (7, 8, 8, 9):
+        tick(stamp)
+    assert growing.whole(most=25).tracks[0].time.tolist() == [7, 8, 9] and growing.run == 0
+    tick(10)
+    for stamp in (0, 1):
+        tick(stamp)
+    assert growing.run == 1
+    assert growing.whole(most=25).tracks[0].time.tolist() == [0, 1]
+
+
+def test_a_page_shows_the_run_that_begins_and_tells_how_long_nothing_came(tab):
+    source = Told(moving(100, 101))
+    with live_page_of(source) as (run, address):
+        tab.open(f'{address}#theme=dark')
+        tab.wait_for("document.body.dataset.state === 'ready' && document.body.dataset.live")
+        assert tab.evaluate('view.player.now') == 101
+        tab.wait_for("document.getElementById('news').textContent.startsWith('nothing new for ')")
+        source.run, source.coming = 1, [moving(0, 0.5)]
+        run.look()
+        comes_to(tab, "window.view?.run.end === 0.5 && document.body.dataset.live === 'on'")
+        assert tab.evaluate("document.getElementById('news').textContent") == ''
+        source.coming = [moving(0.75)]
+        run.look()
+        tab.wait_for('view.player.now === 0.75')
+        assert tab.errors == []
+
+
+def comes_to(tab, condition):
+    """Wait, over a page that loads itself anew meanwhile."""
+    deadline = time.monotonic() + PATIENCE
+    while True:
+        with contextlib.suppress(RunError):  # it is between two pages
+            if tab.evaluate(condition):
+                return
+        assert time.monotonic() < deadline, condition
+        time.sleep(0.1)
+
+
+def test_the_page_of_a_server_that_was_killed_says_so_and_shows_the_run_of_the_next_one(
+    tab, written, touching, tmp_path
+):
+    with socket.socket() as free:
+        free.bind(('127.0.0.1', 0))
+        port = free.getsockname()[1]
+    words = [sys.executable, '-m', 'rigid_body_sim', 'view', '--live', '--port', str(port)]
+    bags = []
+    for name, (content, _) in (('first', written), ('second', touching)):
+        (tmp_path / name).mkdir()
+        writing = Writing(tmp_path / name, content)
+        writing.up_to(0.5)
+        bags.append(writing.path)
+    news = "document.getElementById('news').textContent"
+    with killed([*words, str(bags[0])]) as address:
+        tab.open(address)
+        tab.wait_for("document.body.dataset.state === 'ready' && document.body.dataset.live")
+        assert tab.evaluate("document.querySelector('h1').textContent") == 'two_bodies'
+    tab.wait_for(f"{news} === 'connection lost'")
+    with killed([*words, str(bags[1])]):
+        comes_to(tab, "document.querySelector('h1').textContent === 'rolling_sphere'")
+        comes_to(tab, f"document.body.dataset.live === 'on' && {news} === ''")
+
+
 @contextlib.contextmanager
-def live_page_of(source):
+def killed(words):
+    """A server that is killed at the end; gives its address."""
+    with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            yield process.stdout.readline().split()[0]
+        finally:
+            process.kill()
+
+
+@contextlib.contextmanager
+def live_page_of(source, port=0):
     """Serve a source; gives the run and its address."""
     run = live_server.LiveRun(source)
-    server = live_server.Server(0, run)
+    server = live_server.Server(port, run)
     threading.Thread(target=server.serve_forever, daemon=True).start()
     try:
         yield run, f'http://127.0.0.1:{server.server_port}/'

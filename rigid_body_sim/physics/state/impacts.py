@@ -79,3 +79,11 @@ def joined(parts: Sequence[Impacts]) -> Impacts:
     return Impacts(
         *(np.concatenate([getattr(part, each.name) for part in parts]) for each in fields(Impacts))
     )
+
+
+def hardest(all_of_them: Impacts, most: int) -> Impacts:
+    """Keep so many at most, those with the largest impulses, in their order."""
+    if len(all_of_them) <= most:
+        return all_of_them
+    sizes = np.linalg.norm(all_of_them.impulse, axis=1)
+    return all_of_them[np.sort(np.argsort(-sizes, kind='stable')[:most])]

@@ -2,7 +2,7 @@
 import * as THREE from 'three';
 import { arrowGeometry } from 'view/shapes';
 import { ARROWS } from 'view/palette';
-import { arrayOf, joined, rotate } from 'view/run';
+import { arrayOf, Growing, rotate } from 'view/run';
 
 const RECENT = 250;                     // instants whose contacts say how long an arrow is, while a run goes on
 const USUAL = 0.9;                      // [-] share of the vectors that are no longer than the usual arrow
@@ -98,23 +98,42 @@ class ContactArrows {
     this.kind = 'contact';
     this.told = run.contacts;
     this.metres = run.contacts.metres;
-    this.starts = arrayOf(run.contacts.starts, run.buffer);
-    this.numbers = arrayOf(run.contacts.arrows, run.buffer);          // point, force
+    this.allStarts = new Growing(arrayOf(run.contacts.starts, run.buffer));
+    this.allNumbers = new Growing(arrayOf(run.contacts.arrows, run.buffer), 6);     // point, force
     let most = 1;
     for (let k = 1; k < this.starts.length; k++) most = Math.max(most, this.starts[k] - this.starts[k - 1]);
     this.quiver = new Quiver('contact', most, run.arrow);
     this.arrow = run.arrow;
     run.grownContacts.push((told, buffer) => this.grow(arrayOf(told.starts, buffer), arrayOf(told.arrows, buffer)));
+    run.thinnings.push(kept => this.keep(kept));
   }
+
+  get starts() { return this.allStarts.values; }
+  get numbers() { return this.allNumbers.values; }
 
   // What comes while a run goes on, behind what is there.
   grow(starts, numbers) {
     const before = this.starts[this.starts.length - 1];
-    this.starts = joined(this.starts, starts.slice(1).map(start => start + before));
-    this.numbers = joined(this.numbers, numbers);
+    this.allStarts.append(starts.slice(1).map(start => start + before));
+    this.allNumbers.append(numbers);
     let most = 1;
     for (let k = 1; k < starts.length; k++) most = Math.max(most, starts[k] - starts[k - 1]);
     this.quiver.room(most);
+  }
+
+  // Keeps the contacts of some instants.
+  keep(kept) {
+    const { starts, numbers } = this;
+    let end = 0;
+    kept.forEach((k, place) => {
+      const from = starts[k], to = starts[k + 1];
+      numbers.copyWithin(6 * end, 6 * from, 6 * to);
+      starts[place] = end;
+      end += to - from;
+    });
+    starts[kept.length] = end;
+    this.allStarts.cut(kept.length + 1);
+    this.allNumbers.cut(6 * end);
   }
 
   scale() {

@@ -1,6 +1,6 @@
 // Impacts at their instants: a ring around the point, across the normal, that opens for a moment.
 import * as THREE from 'three';
-import { arrayOf, joined } from 'view/run';
+import { arrayOf, Growing } from 'view/run';
 import { IMPACT } from 'view/palette';
 
 const LASTS = 0.25;                     // [s] of the run that a ring is seen
@@ -13,8 +13,8 @@ export class Impacts {
     this.group = new THREE.Group();
     this.told = run.impacts;
     if (!this.told) return;
-    this.times = arrayOf(run.impacts.times, run.buffer);
-    this.places = arrayOf(run.impacts.places, run.buffer);            // point, normal
+    this.allTimes = new Growing(arrayOf(run.impacts.times, run.buffer));
+    this.allPlaces = new Growing(arrayOf(run.impacts.places, run.buffer), 6);       // point, normal
     this.arrow = run.arrow;
     const material = new THREE.MeshBasicMaterial({ color: IMPACT.color, side: THREE.DoubleSide, transparent: true, opacity: 0.85, depthTest: false });
     this.mesh = new THREE.InstancedMesh(new THREE.RingGeometry(0.82, 1, 40), material, MOST);
@@ -23,10 +23,13 @@ export class Impacts {
     this.mesh.count = 0;
     this.group.add(this.mesh);
     run.grownImpacts.push((told, buffer) => {
-      this.times = joined(this.times, arrayOf(told.times, buffer));
-      this.places = joined(this.places, arrayOf(told.places, buffer));
+      this.allTimes.append(arrayOf(told.times, buffer));
+      this.allPlaces.append(arrayOf(told.places, buffer));
     });
   }
+
+  get times() { return this.allTimes.values; }
+  get places() { return this.allPlaces.values; }
 
   // The number of the first impact after a time.
   after(time) {

@@ -2,24 +2,34 @@
 
 const KINDS = { f4: Float32Array, f8: Float64Array, u4: Uint32Array };
 
-// One array whose first axis is the instant.
-class Series {
-  constructor(values, width) {
-    this.values = values;
-    this.width = width;                 // numbers per instant
+const MOST_BYTES = 1 << 27, MOST_INSTANTS = 50000;     // of what a run that goes on has sent: of more, half
+
+// An array that grows at its end, in a buffer that doubles: each number is copied a few times at most.
+export class Growing {
+  constructor(first, width = 1) {
+    this.width = width;                 // numbers per row
+    this.values = this.room = first;
   }
 
   append(more) {
-    this.values = joined(this.values, more);
+    const { length } = this.values, needed = length + more.length;
+    if (needed > this.room.length) {
+      this.room = new this.room.constructor(2 * needed);
+      this.room.set(this.values);
+    }
+    this.room.set(more, length);
+    this.values = this.room.subarray(0, needed);
   }
-}
 
-// Two arrays of one kind, one behind the other.
-export function joined(first, second) {
-  const both = new first.constructor(first.length + second.length);
-  both.set(first);
-  both.set(second, first.length);
-  return both;
+  // Keeps so many numbers.
+  cut(length) { this.values = this.room.subarray(0, length); }
+
+  // Keeps some rows, given by their ascending numbers.
+  keep(rows) {
+    const { width } = this;
+    rows.forEach((row, place) => this.room.copyWithin(width * place, width * row, width * (row + 1)));
+    this.cut(width * rows.length);
+  }
 }
 
 // An array out of the page: { kind, at [byte], size [numbers] }.
@@ -33,9 +43,10 @@ export class Run {
     this.buffer = buffer;
     this.series = {};
     for (const [name, entry] of Object.entries(record.series))
-      this.series[name] = new Series(arrayOf(entry, buffer), entry.width);
+      this.series[name] = new Growing(arrayOf(entry, buffer), entry.width);
     this.grownContacts = [];            // who takes contacts that come while a run goes on
     this.grownImpacts = [];             // and impacts
+    this.thinnings = [];                // who keeps things by instant, when some are left out
     this.origins = record.bodies.map(body => body.origin);
   }
 
@@ -49,6 +60,23 @@ export class Run {
       this.series[name].append(arrayOf(entry, buffer));
     if (record.contacts) this.grownContacts.forEach(take => take(record.contacts, buffer));
     if (record.impacts) this.grownImpacts.forEach(take => take(record.impacts, buffer));
+    const all = Object.values(this.series), bytes = all.reduce((sum, { values }) => sum + values.byteLength, 0);
+    if (bytes < MOST_BYTES && this.instants < MOST_INSTANTS) return;
+    const kept = this.evenly(this.instants >> 1);
+    for (const series of all) series.keep(kept);
+    this.thinnings.forEach(keep => keep(kept));
+  }
+
+  // Numbers of some instants, evenly over time: however often it is done, none become rare that are old.
+  evenly(most) {
+    const { times, begin, end } = this, step = (end - begin) / most, kept = [];
+    let next = begin;
+    times.forEach((time, k) => {
+      if (time < next && k < times.length - 1) return;
+      kept.push(k);
+      next = begin + step * (Math.floor((time - begin) / step) + 1);
+    });
+    return kept;
   }
 
   // Where a time lies: { k, next, s } with times[k] <= time, s the fraction on the way to the next.
