@@ -54,3 +54,52 @@ def read_names(values: RecordValues) -> dict[str, str]:
 def own_names(names: Mapping[str, str]) -> dict[str, str]:
     """Turn own -> wire into wire -> own."""
     return {wire: own for own, wire in names.items()}
+
+
+def own_by_kind(
+    wires: Mapping[str, str],
+    bodies: Iterable[str],
+    *,
+    namespace: str,
+    kinds: Mapping[str, str],
+) -> tuple[dict[str, str], list[str]]:
+    """
+    Tell which topic of a body each one on the wire is, where nobody has noted it: by its name, or
+    as the only one of its type that a body lacks.
+
+    Of several that are remapped, the name on the wire has to hold that of the body.
+
+    wires   : topics that a node publishes -> their types
+    bodies  : of its scene; none: they are whatever the names say
+    kinds   : leaf -> type, of the topics that are asked for
+    returns : wire -> own; those of the type of poses or twists that could be of several bodies
+    """
+    space = namespace.rstrip('/')
+    found = {
+        wire: wire for wire, kind in wires.items() if kinds.get(wire.rpartition('/')[2]) == kind
+    }
+    owners = {f'{space}/{body}': body for body in bodies}
+    if not owners:
+        return found, []
+    having = {owners[own] for wire in wires if (own := wire.rpartition('/')[0]) in owners}
+    lost: list[str] = []
+    for leaf in ('pose', 'twist'):
+        strange = [
+            wire
+            for wire, kind in wires.items()
+            if kind == kinds[leaf] and wire.rpartition('/')[0] not in owners
+        ]
+        lacking = [body for body in having if f'{space}/{body}/{leaf}' not in found]
+        lacking = lacking or [
+            own for own in owners.values() if f'{space}/{own}/{leaf}' not in found
+        ]
+        for wire in strange:
+            found.pop(wire, None)
+            of = [body for body in lacking if body in wire.split('/')]
+            if len(strange) == len(lacking) == 1:
+                of = lacking
+            if len(of) == 1:
+                found[wire] = f'{space}/{of[0]}/{leaf}'
+            else:
+                lost.append(wire)
+    return found, lost

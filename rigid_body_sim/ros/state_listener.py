@@ -3,30 +3,41 @@
 """
 Listens to the states of a running node, for a page that shows them live.
 
-Bodies are whatever has a topic `NAMESPACE/<body>/pose` (PoseStamped) in one namespace. The scene
-is asked of the node that publishes them, by its parameter `scene`; where that cannot be read here,
-bodies are drawn without their shapes.
+Of the nodes that publish poses (PoseStamped on `…/pose`), the first that has a parameter `scene`
+is the simulation; all of its topics are listened to, wherever they are remapped, and those of
+nobody else. Where that scene cannot be read here, bodies are drawn without their shapes. Where no
+node has one, bodies are whatever has a topic `NAMESPACE/<body>/pose` in one namespace.
+
+Where the node goes and comes back, or another one in its place, or its time goes back, all of this
+is done again, and another run begins.
 """
 
 from __future__ import annotations
 
 import time
+from collections import defaultdict
+from collections.abc import Callable
+from contextlib import suppress
+from typing import NamedTuple
 
 import rclpy
 from rcl_interfaces.srv import GetParameters
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import Node
+from rclpy.node import Node, NodeNameNonExistentError
 from rclpy.qos import QoSProfile
 from rclpy.signals import SignalHandlerOptions
+from rclpy.subscription import Subscription
 
 from rigid_body_sim.errors import RunError, UserError
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model.scene import Scene
+from rigid_body_sim.recording import cdr
+from rigid_body_sim.recording.topic_names import own_by_kind
 from rigid_body_sim.ros import conversions
 from rigid_body_sim.ros.domain import check_domain
 from rigid_body_sim.scene import load_scene
-from rigid_body_sim.stop_signals import STOP
+from rigid_body_sim.stop_signals import STOP, say
 from rigid_body_sim.view.growing_motion import KINDS, GrowingMotion, tells_motion
 from rigid_body_sim.view.recorded_motion import RecordedMotion
 
@@ -36,6 +47,20 @@ FIRST = 10.0  # [s] for the first state of all bodies; a paused node repeats it 
 ANSWER = 5.0  # [s] for a parameter
 DEPTH = 1000  # [messages] that may wait between two looks
 MOST_AT_ONCE = 25  # instants of one look
+CHECK = 1.0  # [s] between looks whether the node is still there
+
+Wires = dict[str, str]  # topic on the wire -> its type
+
+
+class _Publisher(NamedTuple):
+    """A node that publishes."""
+
+    namespace: str
+    name: str
+
+    @property
+    def path(self) -> str:
+        return f'{self.namespace.rstrip("/")}/{self.name}'
 
 
 class StateListener:
@@ -44,6 +69,7 @@ class StateListener:
 
     scene, title, about : known after `begin`
     ended               : never: who publishes may come back
+    run                 : how often another run has begun
     """
 
     def __init__(self, namespace: str | None = None) -> None:
@@ -64,6 +90,11 @@ class StateListener:
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
         self._motion = GrowingMotion((), ())
+        self._subscriptions: list[Subscription] = []
+        self._source = ''  # a topic of poses that is listened to, and who publishes it
+        self._endpoints: set[bytes] = set()
+        self._checked = 0.0
+        self.run = 0
 
     def __enter__(self) -> StateListener:
         return self
@@ -75,91 +106,180 @@ class StateListener:
 
     def begin(self) -> RecordedMotion:
         """Find the node and wait for its first state; RunError if there is none."""
-        topics = self._find()
-        poses = [name for name in topics if name.endswith('/pose')]
-        self._ask_scene(poses[0])
-        if self.scene is not None:  # scene order, which colours follow
-            order = {body.name: place for place, body in enumerate(self.scene.bodies)}
-            poses.sort(key=lambda name: order.get(name.split('/')[-2], len(order)))
-        self._motion = GrowingMotion(poses, topics, late=True)
-        for name in topics:
-            kind = conversions.MESSAGE_TYPES[KINDS[name.rpartition('/')[2]]]
-            self._node.create_subscription(
-                *(kind, name, self._taker(name), QoSProfile(depth=DEPTH)), raw=True
-            )
+        self._listen_to(self._find())
         deadline = time.monotonic() + FIRST
-        while (first := self.more()) is None:
-            if time.monotonic() > deadline or STOP.number:
+        while (first := self._next()) is None:
+            STOP.check(lambda: 'before a state came')
+            if time.monotonic() > deadline:
+                bodies = len(self._motion.poses)
                 raise RunError(
-                    f'{len(poses)} bodies have topics, but no state of all of them came within '
+                    f'{bodies} bodies have topics, but no state of all of them came within '
                     f'{FIRST:g} s'
                 )
             self._executor.spin_once(timeout_sec=0.05)
         return first
 
     def more(self) -> RecordedMotion | None:
-        """Give what came since the last call."""
+        """Give what came since the last call; of another run from its begin on."""
+        block = self._next()
+        if self._motion.run == 0 and not self._has_changed():
+            return block
+        with suppress(RunError):  # it may still come
+            block = self.begin()
+            self.run += 1
+            return block
+        return None
+
+    def _next(self) -> RecordedMotion | None:
         deadline = time.monotonic() + 0.05
         while time.monotonic() < deadline:
             self._executor.spin_once(timeout_sec=0.005)
         return self._motion.whole(most=MOST_AT_ONCE)
 
-    def _taker(self, name: str):
-        return lambda data: self._motion.take(name, bytes(data))
+    def _has_changed(self) -> bool:
+        """Whether somebody else publishes now, here or, where nobody does, elsewhere."""
+        if time.monotonic() - self._checked < CHECK:
+            return False
+        self._checked = time.monotonic()
+        now = self._endpoints_of(self._source)
+        if now:
+            return not now & self._endpoints
+        return bool(self._candidates())
 
-    def _find(self) -> list[str]:
-        """Topics of states, once they stay the same for a moment."""
-        deadline, since, known = time.monotonic() + FINDING, 0.0, []
-        while not STOP.number:
-            found = sorted(
-                name
-                for name, kinds in self._node.get_topic_names_and_types()
-                if any(tells_motion(name, kind) for kind in kinds)
-                and self._node.count_publishers(name)
+    def _endpoints_of(self, topic: str) -> set[bytes]:
+        return {
+            bytes(each.endpoint_gid) for each in self._node.get_publishers_info_by_topic(topic)
+        }
+
+    def _listen_to(self, names: dict[str, str]) -> None:
+        """Subscribe to topics on the wire, and take each as what it is: wire -> own."""
+        for each in self._subscriptions:
+            self._node.destroy_subscription(each)
+        poses = [own for own in names.values() if own.endswith('/pose')]
+        if self.scene is not None:  # scene order, which colours follow
+            order = {body.name: place for place, body in enumerate(self.scene.bodies)}
+            poses.sort(key=lambda name: order.get(name.split('/')[-2], len(order)))
+        self._motion = motion = GrowingMotion(poses, names.values(), late=True)
+        self._subscriptions = [
+            self._node.create_subscription(
+                conversions.MESSAGE_TYPES[KINDS[own.rpartition('/')[2]]],
+                wire,
+                _taker(motion, own),
+                QoSProfile(depth=DEPTH),
+                raw=True,
             )
-            found = self._of_one_namespace(found)
-            poses = [name for name in found if name.endswith('/pose')]
-            now = time.monotonic()
+            for wire, own in names.items()
+        ]
+        self._source = next(wire for wire, own in names.items() if own.endswith('/pose'))
+        self._endpoints = self._endpoints_of(self._source)
+
+    def _find(self) -> dict[str, str]:
+        """Topics of states, wire -> own, once they stay the same for a moment."""
+        deadline, since = time.monotonic() + FINDING, 0.0
+        known: dict[_Publisher, Wires] = {}
+        while True:
+            STOP.check(lambda: 'before a node was found')
+            found, now = self._candidates(), time.monotonic()
             if found != known:
                 since, known = now, found
-            elif poses and now - since > SETTLING:
-                return found
+            elif found and now - since > SETTLING:
+                return self._chosen(found)
             if now > deadline:
-                break
+                raise RunError(self._nobody())
             self._executor.spin_once(timeout_sec=0.1)
-        raise RunError(
-            f'no topic …/pose is published in this ROS domain (looked for {FINDING:g} s): start '
-            'the node, or name a BAG that is being written'
+
+    def _published(self) -> dict[_Publisher, Wires]:
+        """What each node publishes."""
+        found: dict[_Publisher, Wires] = defaultdict(dict)
+        for name, namespace in self._node.get_node_names_and_namespaces():
+            with suppress(NodeNameNonExistentError):  # it has gone
+                topics = self._node.get_publisher_names_and_types_by_node(name, namespace)
+                found[_Publisher(namespace, name)] = {wire: kinds[0] for wire, kinds in topics}
+        return found
+
+    def _candidates(self) -> dict[_Publisher, Wires]:
+        """Nodes that publish poses in the namespace, those first that tell twists too."""
+        found = {}
+        for node, wires in sorted(self._published().items()):
+            told = {wire: kind for wire, kind in wires.items() if kind in KINDS.values()}
+            spaces = {node.namespace.rstrip('/')}
+            poses = [wire for wire in told if tells_motion(wire, told[wire]) and _is_pose(wire)]
+            spaces.update(map(_space, poses))
+            if poses and (self._namespace is None or self._namespace in spaces):
+                found[node] = told
+        twist = KINDS['twist']
+        return dict(sorted(found.items(), key=lambda each: twist not in each[1].values()))
+
+    def _chosen(self, found: dict[_Publisher, Wires]) -> dict[str, str]:
+        """Topics, wire -> own, of the node that has a scene, else of one namespace."""
+        self.scene, self.about = None, next(iter(found)).path
+        for node, wires in found.items():
+            STOP.check(lambda: 'before a node told its scene')
+            name = self._scene_of(node)
+            if not name:
+                continue
+            self.about = node.path
+            with suppress(UserError, RunError, InvalidModel, OSError):
+                self.scene = load_scene(name)
+                self.title = self.scene.name
+            bodies = [] if self.scene is None else [body.name for body in self.scene.bodies]
+            names, lost = own_by_kind(wires, bodies, namespace=node.namespace, kinds=KINDS)
+            if lost:
+                say(
+                    f'{node.path}: remapping rules give {", ".join(sorted(lost))} names of which '
+                    'nobody can tell the bodies; these are left out'
+                )
+            if any(map(_is_pose, names.values())):
+                return names
+        every = [each for wires in found.values() for each in wires.items()]
+        told = {wire for wire, kind in every if tells_motion(wire, kind)}
+        spaces = [_space(wire) for wire in told if _is_pose(wire)]
+        wanted = self._namespace if self._namespace in spaces else min(spaces)
+        return {wire: wire for wire in sorted(told) if _space(wire) == wanted}
+
+    def _nobody(self) -> str:
+        """Say what is missing."""
+        space = self._namespace
+        where = 'this ROS domain' if space is None else f'the namespace {space}'
+        for node, wires in sorted(self._published().items()):
+            own = space in (None, node.namespace.rstrip('/'))
+            if own and any(kind == cdr.POSE_ARRAY for kind in wires.values()):
+                return (
+                    f'{node.path} publishes no topic …/pose of a body, but all poses in an array: '
+                    'the live page needs topics of bodies; start it with body_topics:=NAMES, or '
+                    'record it and name its BAG'
+                )
+        return (
+            f'no topic …/pose is published in {where} (looked for {FINDING:g} s): start the node, '
+            'or name a BAG that is being written'
         )
 
-    def _of_one_namespace(self, topics: list[str]) -> list[str]:
-        spaces = {name: name.rsplit('/', 2)[0] for name in topics}
-        poses = [space for name, space in spaces.items() if name.endswith('/pose')]
-        wanted = min(poses, default='') if self._namespace is None else self._namespace
-        return [name for name, space in spaces.items() if space == wanted]
-
-    def _ask_scene(self, topic: str) -> None:
-        """Read the scene that the publisher of a topic names, if it can be read here."""
-        publishers = self._node.get_publishers_info_by_topic(topic)
-        if not publishers:  # it has gone since it was found, and may come back
-            return
-        about = publishers[0]
-        node = f'{about.node_namespace.rstrip("/")}/{about.node_name}'
-        client = self._node.create_client(GetParameters, f'{node}/get_parameters')
+    def _scene_of(self, node: _Publisher) -> str:
+        """Ask a node for its parameter `scene`; empty where it has none."""
+        client = self._node.create_client(GetParameters, f'{node.path}/get_parameters')
         deadline = time.monotonic() + ANSWER
-        while not client.service_is_ready() and time.monotonic() < deadline:
-            self._executor.spin_once(timeout_sec=0.05)
-        if not client.service_is_ready():
-            return
-        future = client.call_async(GetParameters.Request(names=['scene', 'integrator']))
-        while not future.done() and time.monotonic() < deadline:
-            self._executor.spin_once(timeout_sec=0.05)
-        answer = future.result() if future.done() else None
-        texts = [value.string_value for value in answer.values] if answer else []
-        self.about = node
         try:
-            self.scene = load_scene(texts[0]) if texts and texts[0] else None
-        except (UserError, RunError, InvalidModel, OSError):
-            return
-        if self.scene is not None:
-            self.title = self.scene.name
+            while not client.service_is_ready() and time.monotonic() < deadline:
+                STOP.check(lambda: 'before a node told its scene')
+                self._executor.spin_once(timeout_sec=0.05)
+            if not client.service_is_ready():
+                return ''
+            future = client.call_async(GetParameters.Request(names=['scene']))
+            while not future.done() and time.monotonic() < deadline:
+                self._executor.spin_once(timeout_sec=0.05)
+            answer = future.result() if future.done() else None
+            return answer.values[0].string_value if answer and answer.values else ''
+        finally:
+            self._node.destroy_client(client)
+
+
+def _taker(motion: GrowingMotion, own: str) -> Callable[[bytes], None]:
+    return lambda data: motion.take(own, bytes(data))
+
+
+def _is_pose(topic: str) -> bool:
+    return topic.endswith('/pose')
+
+
+def _space(topic: str) -> str:
+    return topic.rsplit('/', 2)[0]

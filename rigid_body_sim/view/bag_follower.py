@@ -26,6 +26,9 @@ from rigid_body_sim.errors import RunError, UserError
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.recording import bag_files, mcap_file, mcap_scan
 from rigid_body_sim.recording.bag_writer import MANIFEST
+from rigid_body_sim.recording.record_values import RecordValues
+from rigid_body_sim.recording.topic_names import own_names, read_names
+from rigid_body_sim.recording.topics import Topic
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.stop_signals import STOP, say
 from rigid_body_sim.view.growing_motion import KINDS, GrowingMotion, tells_motion
@@ -56,7 +59,9 @@ class BagFollower:
         self.ended = False
         self._position = len(mcap_file.MAGIC)
         self._types: dict[int, str] = {}
-        self._names: dict[int, str] = {}  # of the topics that tell of the motion
+        self._channels: dict[int, Topic] = {}
+        self._own: dict[str, str] = {}  # topic in the file -> that of the run
+        self._names: dict[int, str] = {}  # own, of the topics that tell of the motion
         self._files: dict[str, bytes] = {}
         self._is_ours = False  # what our writers make: chunks hold messages alone
         self._motion: GrowingMotion | None = None
@@ -81,7 +86,8 @@ class BagFollower:
                     return first
             if self.ended and self._motion is None:
                 raise self._without_poses()
-            if time.monotonic() > deadline or self.ended or STOP.number:
+            STOP.check(lambda: f'before {self.path} had a state of a body')
+            if time.monotonic() > deadline or self.ended:
                 raise RunError(f'{self.path}: no state of a body came within {BEGINNING:g} s')
             time.sleep(LOOK)
 
@@ -97,7 +103,8 @@ class BagFollower:
         )
         deadline = time.monotonic() + BEGINNING
         while not self.path.exists():
-            if time.monotonic() > deadline or STOP.number:
+            STOP.check(lambda: f'before {self.path} was there')
+            if time.monotonic() > deadline:
                 raise UserError(
                     f'{self.path}: no such file or directory, and no run made it; give the bag '
                     'that is being written, or no BAG for the node that is running'
@@ -184,8 +191,9 @@ class BagFollower:
                 self._types[schema.id] = schema.name
             elif record.opcode == mcap_file.CHANNEL:
                 channel = record.parse(Channel)
-                if tells_motion(channel.topic, self._types.get(channel.schema_id, '')):
-                    self._names[channel.id] = channel.topic
+                kind = self._types.get(channel.schema_id, '')
+                self._channels[channel.id] = Topic(channel.topic, kind)
+                self._name(channel.id)
             elif record.opcode == mcap_file.ATTACHMENT:
                 attachment = record.parse(Attachment)
                 self._files[attachment.name] = attachment.data
@@ -194,10 +202,22 @@ class BagFollower:
                 if metadata.name == MANIFEST:
                     self._is_ours = True
                     self.about = _about(metadata.metadata)
+                    values = RecordValues(self.path, 'manifest', metadata.metadata)
+                    self._own = own_names(read_names(values))
+                    for channel_id in self._channels:  # which stand before it
+                        self._name(channel_id)
             elif record.opcode == mcap_file.DATA_END:
                 self.ended = True
         except (mcap_scan.Torn, McapError, struct.error) as error:
             raise RunError(f'{self.path}: damaged ({error})') from error
+
+    def _name(self, channel: int) -> None:
+        """Note the own name of a topic, if it tells of the motion."""
+        wire, kind = self._channels[channel]
+        name = self._own.get(wire, wire)
+        self._names.pop(channel, None)
+        if tells_motion(name, kind):
+            self._names[channel] = name
 
     def _take_message(self, message: mcap_scan.Message) -> None:
         name = self._names.get(message.channel)

@@ -27,7 +27,7 @@ from urllib.parse import parse_qs, urlsplit
 
 from rigid_body_sim.errors import RunError, UserError
 from rigid_body_sim.physics.model.scene import Scene
-from rigid_body_sim.stop_signals import STOP
+from rigid_body_sim.stop_signals import STOP, Stopped
 from rigid_body_sim.view.growing_motion import joined, size_of, thinned
 from rigid_body_sim.view.page_record import Look, more_of
 from rigid_body_sim.view.playback_page import live_page
@@ -238,7 +238,10 @@ class Server(ThreadingHTTPServer):
 
 
 def serve(source: Source, *, port: int) -> int:
-    """Serve until a signal comes; returns the exit code, 0: that is how it ends."""
+    """
+    Serve until a signal comes; returns the exit code, 0: that is how it ends. Stopped by one that
+    comes before there is anything to serve.
+    """
     STOP.keep()
     run = LiveRun(source)
     try:
@@ -263,6 +266,8 @@ def _go_on(run: LiveRun) -> None:
         if not run.ended:
             try:
                 run.look()
+            except Stopped:  # while it waited for another run
+                return
             except RunError:
                 run.stop()
                 raise

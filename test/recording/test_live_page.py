@@ -7,6 +7,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import http.client
+import signal
 import socket
 import struct
 import subprocess
@@ -553,6 +554,22 @@ def test_the_page_of_a_server_that_was_killed_says_so_and_shows_the_run_of_the_n
     with killed([*words, str(bags[1])]):
         comes_to(tab, "document.querySelector('h1').textContent === 'rolling_sphere'")
         comes_to(tab, f"document.body.dataset.live === 'on' && {news} === ''")
+
+
+@pytest.mark.parametrize('there', ['nothing', 'an empty folder', 'the begin of a bag'])
+def test_who_waits_for_a_bag_is_stopped_by_ctrl_c_and_says_so(tmp_path, written, there):
+    path = tmp_path / 'bag'
+    if there == 'the begin of a bag':
+        Writing(tmp_path, written[0]).up_to(0.001)
+    elif there == 'an empty folder':
+        path.mkdir()
+    words = [sys.executable, '-m', 'rigid_body_sim', 'view', str(path), '--live']
+    with subprocess.Popen(words, stderr=subprocess.PIPE, text=True) as process:
+        time.sleep(3.0)  # it waits, or it is still on the way: the same is said of both
+        process.send_signal(signal.SIGINT)
+        said = process.communicate(timeout=PATIENCE)[1]
+    assert process.returncode == 130
+    assert said.splitlines()[-1].startswith('rigid_body_sim view: stopped by Ctrl-C before ')
 
 
 @contextlib.contextmanager

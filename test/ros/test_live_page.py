@@ -6,11 +6,14 @@ The live page of a running node: what it publishes arrives, in scene order, with
 
 import json
 import signal
+import subprocess
+import sys
 import time
 from contextlib import contextmanager
 
 import numpy as np
 import pytest
+from geometry_msgs.msg import PoseStamped
 
 from rigid_body_sim.analysis.recorded_contacts import contact_topics
 from rigid_body_sim.analysis.recorded_impacts import read_impacts
@@ -20,11 +23,13 @@ from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.ros import state_listener
 from rigid_body_sim.ros.state_listener import StateListener
 from rigid_body_sim.scene import load_scene
+from rigid_body_sim.view.bag_follower import BagFollower
 from rigid_body_sim.view.growing_motion import joined
 from rigid_body_sim.view.page_record import page_record
 
 from ..pages import array_of
 from ..patience import PATIENCE
+from .conftest import start
 
 
 @contextmanager
@@ -59,11 +64,99 @@ def test_the_states_of_a_node_arrive_with_its_scene(start_node, meet):
 
 def test_a_node_that_goes_while_it_is_asked_for_its_scene_is_waited_for(monkeypatch):
     monkeypatch.setattr(state_listener, 'FIRST', 0.1)
+    monkeypatch.setattr(state_listener, 'ANSWER', 0.1)
+    gone = state_listener._Publisher('/', 'gone')
     with StateListener() as listener:
-        monkeypatch.setattr(listener, '_find', lambda: ['/gone/box/pose'])
+        monkeypatch.setattr(
+            listener, '_candidates', lambda: {gone: {'/box/pose': cdr.PoseStamped.TYPE}}
+        )
         with pytest.raises(RunError, match='no state of all of them came'):
             listener.begin()
     assert listener.scene is None
+
+
+def names_of(motion):
+    return [track.name for track in motion.tracks]
+
+
+@pytest.mark.parametrize('told', [True, False])
+def test_a_pose_that_is_remapped_is_that_of_its_body(start_node, meet, told):
+    node = start_node(more=('-r', 'box/pose:=/gps/pose'))
+    meet(node).be_known()
+    with StateListener(node.namespace if told else None) as listener:
+        motion = listener.begin()
+        scene = load_scene(node.folder / 'laboratory.yaml')
+        assert names_of(motion) == [body.name for body in scene.bodies]
+        for track, body in zip(motion.tracks, scene.bodies, strict=True):
+            assert np.array_equal(track.time, track.twist_time)
+            assert np.all(track.position == body.initial.position)
+
+
+def test_a_bag_with_a_remapped_pose_is_followed_as_its_body(start_node, meet):
+    node = start_node(more=('-r', 'box/pose:=/gps/pose'), record='true', record_path='live')
+    peer = meet(node)
+    told = peer.listen('stone/pose', cdr.PoseStamped)
+    peer.until(lambda: len(told) > 30, 'poses')
+    assert node.stop(signal.SIGINT) == 0
+    scene = load_scene(node.folder / 'laboratory.yaml')
+    found = BagFollower(node.folder / 'live').begin()
+    assert sorted(names_of(found)) == sorted(body.name for body in scene.bodies)
+
+
+def test_what_others_publish_is_no_part_of_the_page(start_node, meet):
+    """As the goal of a planner: a pose that comes once, or never, of no body of the scene."""
+    node = start_node()
+    peer = meet(node)
+    target = peer.node.create_publisher(PoseStamped, peer.full('a_target/pose'), 10)
+    peer.be_known()
+    for namespace in (None, node.namespace):
+        with StateListener(namespace) as listener:
+            motion = listener.begin()
+        scene = load_scene(node.folder / 'laboratory.yaml')
+        assert names_of(motion) == [body.name for body in scene.bodies]
+    peer.node.destroy_publisher(target)
+
+
+def test_a_node_that_publishes_arrays_alone_is_named_with_the_cure(start_node, meet, monkeypatch):
+    monkeypatch.setattr(state_listener, 'FINDING', 5.0)
+    node = start_node(body_topics='none', publish_arrays='true')
+    meet(node).be_known()
+    with (
+        StateListener(node.namespace) as listener,
+        pytest.raises(RunError, match=r'rigid_body_sim publishes no topic .* body_topics:='),
+    ):
+        listener.begin()
+
+
+def test_who_waits_for_a_node_is_stopped_by_ctrl_c_and_says_so():
+    words = [sys.executable, '-m', 'rigid_body_sim', 'view', '--live', '--namespace', '/nobody']
+    with subprocess.Popen(words, stderr=subprocess.PIPE, text=True) as process:
+        time.sleep(5.0)  # it looks for the node, or is still on the way: the same is said of both
+        process.send_signal(signal.SIGINT)
+        said = process.communicate(timeout=PATIENCE)[1]
+    assert process.returncode == 130
+    assert said.splitlines()[-1].startswith('rigid_body_sim view: stopped by Ctrl-C before ')
+
+
+def test_another_run_begins_when_the_node_is_started_again(start_node, meet):
+    node = start_node()
+    meet(node).be_known()
+    with StateListener(node.namespace) as listener:
+        before = listener.begin()
+        deadline = time.monotonic() + PATIENCE
+        while before.tracks[0].time[-1] < 2.0:
+            before = listener.more() or before
+            assert time.monotonic() < deadline
+        node.stop(signal.SIGKILL)
+        again = start(node.folder, node.namespace)
+        try:
+            while listener.run == 0:
+                block = listener.more()
+                assert time.monotonic() < deadline
+        finally:
+            again.close()
+    assert listener.run == 1 and listener.scene is not None
+    assert names_of(block) == names_of(before)
 
 
 # Falls for 25.2 ticks.
