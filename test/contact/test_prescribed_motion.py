@@ -64,6 +64,38 @@ def wave(amplitude, period, phase=0.0):
     return {'amplitude': amplitude, 'period': period, 'phase': phase}
 
 
+def column(*, position=(0, 0, 0), velocity=(0, 0, 0)):
+    x, y, z = position
+    return [
+        free(f'box_{i}', position=(x + 0.01 * (i % 3), y, z + 0.1 + 0.2 * i), velocity=velocity)
+        for i in range(6)
+    ]
+
+
+def test_what_stands_at_the_start_stands_beside_what_is_moved_and_on_a_belt_at_its_speed():
+    # without the loads of the start such columns sink in by 2e-5 m, at 6e-3 m/s
+    belt = {'name': 'belt', 'shape': DECK, 'fixed': True, 'surface_velocity': [1.0, 0, 0],
+            'initial': {'position': [0, 0, -0.1]}}  # fmt: skip
+    fixed = {'name': 'deck', 'shape': DECK, 'fixed': True, 'initial': {'position': [0, 0, -0.1]}}
+    for below, speed in ((fixed, 0.0), (belt, 1.0)):
+        sim = simulation(below, *column(velocity=(speed, 0, 0)))
+        for _ in range(40):
+            sim.step(5)
+            assert np.abs(sim.state.velocity[1:7] - (speed, 0, 0)).max() < 1e-7
+
+
+def test_what_rides_on_a_deck_at_the_start_bears_what_its_motion_asks_for():
+    # x'' = -A w^2 at the top of its way: the ground carries m (g + x'')
+    amplitude, period = 0.1, 2.0
+    deck = moved(motion={'heave': {'amplitude': amplitude, 'period': period, 'phase': TURN / 4}})
+    sim = simulation(deck, *column(position=(0, 0, amplitude)))
+    sim.step()
+    acceleration = -amplitude * (TURN / period) ** 2
+    force = sim.contact_wrench('deck')[0]
+    assert force[2] == pytest.approx(-6.0 * (G + acceleration), rel=1e-5)
+    assert np.abs(sim.state.velocity[1:7] - sim.state.velocity[0]).max() < 1e-7
+
+
 def test_moved_body_is_where_its_function_says_and_no_contact_moves_it():
     motion = {'heave': wave(0.5, 3.0, 0.4), 'roll': [wave(0.2, 4.0), wave(0.1, 1.5, 1.0)]}
     loads = [free(f'load_{k}', position=(0.3 * k, 0, 1.0), mass=1e6) for k in range(3)]

@@ -710,10 +710,10 @@ def count_touching(
 
 
 def _find_first_loads(
-    now, touching, motion, colliders, constraints, energy, bodies, settings, counts
+    now, touching, motion, colliders, constraints, energy, bodies, flows, driven, settings, counts
 ):  # fmt: skip
     """Find what a group carries when the scene begins, and start from it."""
-    if FLOWS or DRIVES or now.start != 0.0:
+    if now.start != 0.0:
         return
     if constraints.impulse_cache[cache_record.SUBSTEP] != 0.0:
         return  # restored at tick 0, with what it carries
@@ -721,6 +721,10 @@ def _find_first_loads(
     lanes, batch_count = counts[tick_counts.LANES], batch_count_of(constraints)
     roots, sizes = energy.roots, constraints.colours
     solver_bodies.kick_and_warm_start(2.0 * now.substep, Group(touching, False, motion), bodies)
+    if FLOWS:
+        variable_mass.scale_to_present_mass(flows, bodies)
+    if DRIVES:
+        prescribed_bodies.end_substep(now.start + now.substep, driven, bodies)
     first_loads.find_islands(batch_count, motion.body_count, touching, batches, rows, roots, sizes)
     goes_on, passes = True, 0
     while goes_on:
@@ -733,6 +737,10 @@ def _find_first_loads(
             passes, batch_count, motion.body_count, touching, batches, rows, roots, sizes
         )
     spread_friction(lanes, batch_count, rows, scratch, batches)
+    if FLOWS:
+        variable_mass.scale_to_start_mass(flows, bodies)
+    if DRIVES:
+        prescribed_bodies.end_substep(now.start, driven, bodies)  # as the tick begins
     for index in range(len(touching)):
         gather_body(touching[index], motion, bodies)
     pivots.hold(motion.pivoted, bodies)
@@ -742,10 +750,15 @@ def _find_first_loads(
     common_pressure.share_pressure(
         WIDTH, softness_of(now, settings), common_pressure.AS_FOUND, colliders, constraints, bodies
     )
+    if FLOWS:
+        variable_mass.scale_to_present_mass(flows, bodies)
     prepare(
         lanes, batch_count, settings[tick_settings.RESTITUTION_THRESHOLD], rows, scratch, batches,
         bodies,
     )  # fmt: skip
+    if FLOWS:
+        variable_mass.scale_to_start_mass(flows, bodies)
+        variable_mass.scale_warm_start(flows, bodies)
 
 
 def _begin_energy_balance(h, touching, motion, bodies):
@@ -949,8 +962,8 @@ def _pass_group(number, now, world):
         world.settings, counts,
     )  # fmt: skip
     find_first_loads(
-        now, members, motion, world.colliders, own, world.energy, bodies, world.settings,
-        counts,
+        now, members, motion, world.colliders, own, world.energy, bodies, world.flows,
+        world.driven, world.settings, counts,
     )  # fmt: skip
     if BALLS_MEET:
         ball_impacts.foresee(
