@@ -30,7 +30,7 @@ from rigid_body_sim.physics.model.variable_mass import flow_of
 from rigid_body_sim.physics.state import snapshot
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.bag_reader import Bag
-from rigid_body_sim.recording.columns import Columns, Progress, read_columns
+from rigid_body_sim.recording.columns import Columns, Progress, need_time_forward, read_columns
 from rigid_body_sim.recording.every_body import with_every_body
 from rigid_body_sim.recording.paths import path_of
 from rigid_body_sim.recording.record_values import RecordValues
@@ -78,7 +78,8 @@ def _read(path: Path, progress: Progress) -> Run:
     columns = read_columns(bag, wanted, progress=progress)
     names = tuple(topics)
     for topic in wanted:
-        _need_time_forward(columns[topic], f'{path}: {topic}')
+        found = columns[topic]
+        need_time_forward(found.stamp, f'{path}: {topic}', reordered=found.reordered)
     poses = [columns[topics[name]['pose']] for name in names]
     twists = [
         columns[topics[name]['twist']] if 'twist' in topics[name] else None for name in names
@@ -159,31 +160,6 @@ def _topics(bag: Bag, scene: Scene | None) -> dict[str, dict[str, str]]:
     if set(order) == set(by_name):
         return {name: by_name[name] for name in order}
     return by_name
-
-
-def _need_time_forward(columns: Columns, where: str) -> None:
-    """
-    Refuse what another program recorded over two runs: a time would stand for two states.
-
-    A clock that went back with the run shows in the file alone: its times are there twice.
-    """
-    stamps = columns.stamp
-    back = np.flatnonzero(stamps[1:] < stamps[:-1])
-    twice = np.flatnonzero(stamps[1:] == stamps[:-1]) if columns.reordered else back[:0]
-    if back.size:
-        before, at = (stamps[back[0] + k] / 1e9 for k in (0, 1))
-        what = (
-            f'message {back[0] + 2} by log time, of {at:.15g} s, comes after that of '
-            f'{before:.15g} s; times must not go back'
-        )
-    elif twice.size:
-        what = (
-            f'two messages are of {stamps[twice[0]] / 1e9:.15g} s, and log times go back in the '
-            'file; every time must be there once'
-        )
-    else:
-        return
-    raise UserError(f'{where}: {what}: record each run, and each turn of a loop, into its own bag')
 
 
 def _common(stamps: Sequence[NDArray[np.int64]]) -> NDArray[np.int64]:

@@ -21,6 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rigid_body_sim.errors import UserError
 from rigid_body_sim.recording import cdr, mcap_file, mcap_scan
 from rigid_body_sim.recording.bag_files import damaged
 from rigid_body_sim.recording.bag_reader import Bag
@@ -64,6 +65,34 @@ class Columns:
     numbers: Array
     frame_id: str
     reordered: bool = False
+
+
+def need_time_forward(stamps: NDArray[np.int64], where: str, *, reordered: bool) -> None:
+    """
+    Refuse what another program recorded over two runs: a time would stand for two states.
+
+    A clock that went back with the run shows in the file alone: its times are there twice.
+
+    stamps    : [ns] of the messages of a topic, in the order of their log times
+    where     : bag and topic
+    reordered : whether they stand in the file in another order
+    """
+    back = np.flatnonzero(stamps[1:] < stamps[:-1])
+    twice = np.flatnonzero(stamps[1:] == stamps[:-1]) if reordered else back[:0]
+    if back.size:
+        before, at = (stamps[back[0] + k] / 1e9 for k in (0, 1))
+        what = (
+            f'message {back[0] + 2} by log time, of {at:.15g} s, comes after that of '
+            f'{before:.15g} s; times must not go back'
+        )
+    elif twice.size:
+        what = (
+            f'two messages are of {stamps[twice[0]] / 1e9:.15g} s, and log times go back in the '
+            'file; every time must be there once'
+        )
+    else:
+        return
+    raise UserError(f'{where}: {what}: record each run, and each turn of a loop, into its own bag')
 
 
 class _Group(NamedTuple):

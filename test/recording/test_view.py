@@ -279,6 +279,35 @@ def test_a_bag_of_another_recorder_starts_at_zero(tmp_path):
     assert draw(path, tmp_path / 'run.png') == 0
 
 
+def rising(path, *times):
+    """A ball that rises by 1 m/s: (log time, stamp) [s] of its poses, in file order."""
+    writer = BagWriter(
+        path, topics=[Topic('/ball/pose', cdr.PoseStamped.TYPE)], manifest={}, attachments={}
+    )
+    for log, sec in times:
+        message = cdr.PoseStamped(sec, 0, 'map', (0.0, 0.0, 1.0 * sec), (0, 0, 0, 1))
+        writer.write_message('/ball/pose', 0, log, cdr.encode(message))
+    writer.close({})
+    return path
+
+
+@pytest.mark.parametrize('suffix', ['png', 'html'])
+def test_a_bag_whose_time_goes_back_is_not_drawn(tmp_path, suffix):
+    """As of a player in a loop: one time would stand for two places."""
+    path = rising(tmp_path / 'loop', *enumerate((1, 2, 3, 1, 2, 3)))
+    said = '/ball/pose: message 4 by log time, of 1 s, comes after that of 3 s; .* its own bag'
+    with pytest.raises(UserError, match=said):
+        draw(path, tmp_path / f'run.{suffix}')
+    assert not list(tmp_path.glob('run*'))
+
+
+def test_a_bag_is_drawn_in_the_order_of_its_log_times_whatever_that_of_its_file(tmp_path):
+    path = rising(tmp_path / 'shuffled', *((sec, sec) for sec in (1, 2, 5, 3, 4, 6)))
+    (ball,) = read_motion(Bag(path), samples=100).tracks
+    assert ball.time.tolist() == [0, 1, 2, 3, 4, 5]
+    assert ball.position[:, 2].tolist() == [1, 2, 3, 4, 5, 6]
+
+
 @pytest.mark.parametrize('name', ['run.pdf', 'run', 'missing/run.png'])
 def test_other_outputs_are_refused(name, tmp_path):
     """A format that is not drawn, and a folder that is not there."""
