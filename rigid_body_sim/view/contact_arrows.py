@@ -67,7 +67,7 @@ class ContactArrows:
         usual = float(np.quantile(sizes, USUAL)) if sizes.size else 0.0
         return {
             'starts': numbers.add(self.starts, 'u4'),
-            'arrows': numbers.add(self.arrows, 'f4'),
+            'arrows': numbers.add_places(self.arrows, length),
             'metres': length / usual if usual > 0.0 else 0.0,  # per newton
             'longest': LONGEST * length,
             'left': self.left,

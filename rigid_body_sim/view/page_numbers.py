@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 ALIGNED = 8  # [byte]
-SINGLE = float(np.finfo(np.float32).max)
+LARGEST_SINGLE = float(np.finfo(np.float32).max)
+SINGLE = 1e4  # [-] of what is drawn: so far away single precision still is 6e-4 of it
 
 
 class PageNumbers:
@@ -30,7 +31,7 @@ class PageNumbers:
         """Take an array as f4, f8 or u4 and return its entry."""
         array = np.asarray(values)
         if kind == 'f4':  # larger ones round to infinity, which is no length of an arrow
-            array = np.clip(array, -SINGLE, SINGLE)
+            array = np.clip(array, -LARGEST_SINGLE, LARGEST_SINGLE)
         array = np.ascontiguousarray(array, dtype=f'<{kind}')
         content = array.tobytes()
         if (kind, content) not in self._known:
@@ -40,6 +41,11 @@ class PageNumbers:
             self._end += len(content) + len(padding)
             self._known[kind, content] = entry
         return self._known[kind, content]
+
+    def add_places(self, values: ArrayLike, drawn: float) -> dict[str, Any]:
+        """Take lengths [m], in double precision where they are far from what is drawn so large."""
+        farthest = float(np.max(np.abs(values), initial=0.0))
+        return self.add(values, 'f8' if farthest > SINGLE * drawn else 'f4')
 
     def joined(self) -> bytes:
         """Give all of them."""

@@ -5,7 +5,8 @@ What the page of a run holds: the record that its scripts read (`page/run.js`), 
 
     series : per instant, first axis the time; a run that goes on sends more of them
         time                       (k,)      f8 [s]
-        position                   (k, n, 3) f4 [m]  centre of mass, from the origin of the body
+        position                   (k, n, 3) f4 [m]  centre of mass, from the origin of the body;
+                                   f8 where it goes far, and of a run that goes on
         orientation                (k, n, 4) f4 [-]      xyzw
         velocity, angular_velocity (k, n, 3) f4 [m/s], [rad/s], world axes
         angular_momentum           (k, n, 3) f4 [kg m^2/s]  about the centre of mass, world
@@ -17,7 +18,8 @@ What the page of a run holds: the record that its scripts read (`page/run.js`), 
     curves                         plots of all bodies together: energies and drifts
 
 The origin of a body is its first position, in double precision: single precision of what is left
-is enough anywhere.
+is enough, unless the body goes farther than `page_numbers.SINGLE` sizes. The same holds of points
+of contacts and impacts.
 """
 
 from __future__ import annotations
@@ -134,10 +136,10 @@ def page_record(
         'contacts': _contacts(bag, times, bodies, numbers, sizes.arrow)
         if told is None
         else arrows_of(told, _places(scene)).drawn(numbers, sizes.arrow),
-        'impacts': _impacts(motion.impacts, numbers, live=live),
+        'impacts': _impacts(motion.impacts, numbers, sizes.arrow, live=live),
         'curves': _live_curves(look) if energy is None else _curves(energy, numbers),
         'live': live,
-        'series': _packed(series, numbers),
+        'series': _packed(series, numbers, 0.0 if live else sizes.arrow),
     }
     return record, numbers.joined(), look
 
@@ -158,8 +160,8 @@ def more_of(motion: RecordedMotion, look: Look) -> tuple[dict[str, Any], bytes]:
         arrows = arrows_of(motion.touching or (), _places(look.scene))
         record['contacts'] = arrows.drawn(numbers, 0.0)
     if look.impacts:
-        record['impacts'] = _impacts(motion.impacts, numbers)
-    return record | {'series': _packed(series, numbers)}, numbers.joined()
+        record['impacts'] = _impacts(motion.impacts, numbers, 0.0)
+    return record | {'series': _packed(series, numbers, 0.0)}, numbers.joined()
 
 
 def _touching(motion: RecordedMotion, times: Array) -> list[Mapping[str, Array]] | None:
@@ -279,10 +281,16 @@ def _commands(track: Track, times: Array) -> Array:
     return found
 
 
-def _packed(series: Mapping[str, Array], numbers: PageNumbers) -> dict[str, Any]:
+def _packed(series: Mapping[str, Array], numbers: PageNumbers, length: float) -> dict[str, Any]:
+    """Take all series; length: [m] of a usual arrow, 0 where it is not known how far they go."""
     kinds = dict.fromkeys(('time', *ENERGIES), 'f8')
     return {
-        name: numbers.add(values, kinds.get(name, 'f4')) | {'width': int(values[0].size)}
+        name: (
+            numbers.add_places(values, length or -1.0)
+            if name == 'position'
+            else numbers.add(values, kinds.get(name, 'f4'))
+        )
+        | {'width': int(values[0].size)}
         for name, values in series.items()
     }
 
@@ -456,18 +464,19 @@ def _contacts(
 
 
 def _impacts(
-    found: Impacts | None, numbers: PageNumbers, *, live: bool = False
+    found: Impacts | None, numbers: PageNumbers, length: float, *, live: bool = False
 ) -> dict[str, Any] | None:
     """
     Give the marks of impacts at their instants; of more than a page holds, the hardest.
 
-    live : there may be some later, where there are none yet
+    length : [m] of a usual arrow
+    live   : there may be some later, where there are none yet
     """
     if found is None or not (live or len(found)):
         return None
     found = hardest(found, MOST_IMPACTS)
     places = np.hstack((found.point, found.normal))
-    return {'times': numbers.add(found.time, 'f8'), 'places': numbers.add(places, 'f4')}
+    return {'times': numbers.add(found.time, 'f8'), 'places': numbers.add_places(places, length)}
 
 
 def _curves(energy: EnergyHistory, numbers: PageNumbers) -> list[dict[str, Any]]:

@@ -7,16 +7,20 @@ from __future__ import annotations
 import argparse
 import hashlib
 from importlib.resources import files
+from io import BytesIO
 from pathlib import Path
 
+import matplotlib.image
 import numpy as np
 import pytest
 
 from rigid_body_sim.recording.bag_reader import Bag
+from rigid_body_sim.scene import load_scene
 from rigid_body_sim.verbs import simulate, view
+from rigid_body_sim.view.page_numbers import PageNumbers
 from rigid_body_sim.view.page_record import page_record
-from rigid_body_sim.view.playback_page import LIBRARIES
-from rigid_body_sim.view.recorded_motion import read_motion
+from rigid_body_sim.view.playback_page import LIBRARIES, playback_page
+from rigid_body_sim.view.recorded_motion import RecordedMotion, Track, read_motion
 
 from ..pages import PageOf, array_of
 
@@ -543,3 +547,52 @@ def test_without_webgl_the_plots_still_work(tab, page):
         tab.evaluate('view.seek(0.5)')
     finally:
         tab.ask('Page.removeScriptToEvaluateOnNewDocument', **added)
+
+
+PAIR = b"""
+dt: 0.01
+bodies:
+  - {name: left, shape: {type: box, size: [1, 1, 1]}, mass: 1}
+  - {name: right, shape: {type: box, size: [1, 1, 1]}, mass: 1, initial: {position: [2, 0, 0]}}
+"""
+
+
+def picture_of_pair(tab, folder, origin, speed):
+    """Two boxes beside each other that fly along y, in the middle between two instants."""
+    time = np.array([0.0, 1.0, 2.0])
+    still, turn = np.zeros((3, 3)), np.tile([0.0, 0.0, np.sin(0.2), np.cos(0.2)], (3, 1))
+    flown = origin + np.outer(time, [0.0, speed, 0.0])
+    tracks = tuple(
+        Track(name, time, flown + place, turn, time, still, still)
+        for name, place in (('left', [0.0, 0.0, 0.0]), ('right', [2.0, 0.0, 0.0]))
+    )
+    motion = RecordedMotion(tracks, np.empty(0))
+    path = folder / f'{origin[0]:g}.html'
+    path.write_text(playback_page(motion, load_scene(PAIR), title='pair'))
+    tab.open(f'{path.as_uri()}#film&paused&theme=light', width=800, height=600)
+    tab.wait_for("document.body.dataset.state === 'ready'")
+    tab.evaluate("['trails', 'origin'].forEach(name => { view.layers[name].checked = false; })")
+    tab.evaluate('view.seek(1.5)')
+    tab.settle()
+    box = '[view.stage.project(view.bodies.places[1].position)].map(p => [p.x, p.y])[0]'
+    x, y = tab.evaluate(box)
+    met = tab.evaluate(f'view.at({x}, {y})')
+    content = tab.picture()
+    return matplotlib.image.imread(BytesIO(content))[:, :, :3], met
+
+
+@pytest.mark.parametrize(('origin', 'speed'), [(6.9e6, 7600.0), (1e9, 3e4)])
+def test_bodies_far_away_look_as_they_do_at_the_origin(tab, tmp_path, origin, speed):
+    """Single precision of 6.9e6 m is half a metre, of 1e9 m 64 m."""
+    here, first = picture_of_pair(tab, tmp_path, np.zeros(3), 0.0)
+    there, second = picture_of_pair(tab, tmp_path, np.array([origin, 0.3 * origin, 7.0]), speed)
+    assert first == second == 1  # who is clicked is found too
+    assert np.ptp(here) > 0.3  # there is something to see
+    # edges lie between pixels elsewhere, by what double precision has left
+    assert np.mean(np.abs(here - there).max(axis=2) > 0.1) < 2e-3
+
+
+def test_places_far_away_are_told_in_double_precision():
+    numbers = PageNumbers()
+    near, far = numbers.add_places([1.0, 2.0], 0.5), numbers.add_places([6.9e6, 2.0], 0.5)
+    assert (near['kind'], far['kind']) == ('f4', 'f8')

@@ -2,7 +2,7 @@
 import * as THREE from 'three';
 import { arrowGeometry } from 'view/shapes';
 import { ARROWS } from 'view/palette';
-import { arrayOf, Growing, rotate } from 'view/run';
+import { arrayOf, from, Growing, rotate } from 'view/run';
 
 const RECENT = 250;                     // instants whose contacts say how long an arrow is, while a run goes on
 const USUAL = 0.9;                      // [-] share of the vectors that are no longer than the usual arrow
@@ -45,7 +45,7 @@ class Quiver {
     if (!(length > 1e-3 * this.usual)) return;
     const thick = Math.min(THICK * this.usual, 0.25 * length);
     Quiver.turn.setFromUnitVectors(Z, Quiver.direction.fromArray(along).divideScalar(length));
-    Quiver.matrix.compose(Quiver.start.fromArray(start), Quiver.turn, Quiver.size.set(thick, thick, length));
+    Quiver.matrix.compose(Quiver.start.fromArray(from(Quiver.origin, start, [])), Quiver.turn, Quiver.size.set(thick, thick, length));
     this.mesh.setMatrixAt(this.mesh.count++, Quiver.matrix);
     this.mesh.instanceMatrix.needsUpdate = true;
   }
@@ -53,7 +53,7 @@ class Quiver {
 Object.assign(Quiver, {
   arrow: arrowGeometry(0.28, 0.4),
   turn: new THREE.Quaternion(), direction: new THREE.Vector3(), start: new THREE.Vector3(),
-  size: new THREE.Vector3(), matrix: new THREE.Matrix4(),
+  size: new THREE.Vector3(), matrix: new THREE.Matrix4(), origin: [0, 0, 0],
 });
 
 // Vectors of some bodies over time, drawn at a point of each: { kind, bodies, at, columns, width, series, metres }.
@@ -99,7 +99,7 @@ class ContactArrows {
     this.told = run.contacts;
     this.metres = run.contacts.metres;
     this.allStarts = new Growing(arrayOf(run.contacts.starts, run.buffer));
-    this.allNumbers = new Growing(arrayOf(run.contacts.arrows, run.buffer), 6);     // point, force
+    this.allNumbers = new Growing(Float64Array.from(arrayOf(run.contacts.arrows, run.buffer)), 6);      // point, force
     let most = 1;
     for (let k = 1; k < this.starts.length; k++) most = Math.max(most, this.starts[k] - this.starts[k - 1]);
     this.quiver = new Quiver('contact', most, run.arrow);
@@ -173,8 +173,11 @@ export class Arrows {
 
   get kinds() { return [...new Set(this.sets.map(set => set.kind))]; }
 
-  show(moment, places, visible) {
+  // What acts, drawn as seen from a point of the world.
+  show(moment, places, origin, visible) {
     this.count = {};
+    this.group.position.fromArray(origin);
+    Quiver.origin = origin;
     for (const set of this.sets) {
       set.quiver.clear();
       if (visible(set.kind)) set.show(moment, places);

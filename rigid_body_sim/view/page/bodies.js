@@ -2,6 +2,7 @@
 import * as THREE from 'three';
 import { arrowGeometry, geometryOf } from 'view/shapes';
 import { AXES } from 'view/palette';
+import { from } from 'view/run';
 
 const ACCENT = 0xff8c1a, MARGIN = 1.045;
 
@@ -24,6 +25,7 @@ export class Bodies {
     this.forms = run.forms.map(form => geometryOf(form, run.buffer));
     for (const batch of this.batches) this.build(batch);
     this.triads = new Triads(run);
+    this.origin = [0, 0, 0];
     this.group.add(this.triads.mesh);
     this.halo = new THREE.Group();
     this.group.add(this.halo);
@@ -61,9 +63,17 @@ export class Bodies {
       this.run.position(body, moment, place.position);
       this.run.orientation(body, moment, place.orientation);
     });
+  }
+
+  // Draw them there. The picture takes single precision, so it is told where they are as seen from an
+  // origin near them: a point of the world (3) [m].
+  draw(origin) {
+    this.origin = origin;
+    this.group.position.fromArray(origin);
+    const seen = [0, 0, 0];
     const frame = new THREE.Matrix4(), position = new THREE.Vector3(), turn = new THREE.Quaternion(), one = new THREE.Vector3(1, 1, 1);
     const whole = new THREE.Matrix4();
-    const of = body => frame.compose(position.fromArray(this.places[body].position), turn.fromArray(this.places[body].orientation), one);
+    const of = body => frame.compose(position.fromArray(from(origin, this.places[body].position, seen)), turn.fromArray(this.places[body].orientation), one);
     for (const { members, faces, edges } of this.batches) {
       members.forEach(({ body, local }, i) => {
         whole.multiplyMatrices(of(body), local);
@@ -73,7 +83,7 @@ export class Bodies {
       for (const drawn of [faces, edges]) if (drawn) drawn.instanceMatrix.needsUpdate = true;
       faces.boundingSphere = null;
     }
-    this.triads.place(this.places);
+    this.triads.place(this.places, origin);
     if (this.chosen !== undefined) this.halo.matrix.copy(of(this.chosen));
     this.halo.matrixWorldNeedsUpdate = true;
   }
@@ -84,7 +94,7 @@ export class Bodies {
     for (const { members, faces } of this.batches)
       members.forEach(({ body, part }, i) => {
         faces.getMatrixAt(i, matrix);
-        found[body][part] = matrix.toArray();
+        found[body][part] = matrix.toArray().map((x, place) => (place > 11 && place < 15 ? x + this.origin[place - 12] : x));
       });
     return found;
   }
@@ -138,12 +148,12 @@ class Triads {
     for (let i = 0; i < 3 * this.owners.length; i++) this.mesh.setColorAt(i, color.set(AXES[i % 3]));
   }
 
-  place(places) {
-    const matrix = new THREE.Matrix4();
+  place(places, origin) {
+    const seen = [0, 0, 0], matrix = new THREE.Matrix4();
     const position = new THREE.Vector3(), turn = new THREE.Quaternion(), size = new THREE.Vector3();
     this.owners.forEach((body, i) => {
       const length = this.lengths[body], thick = 0.05 * length;
-      position.fromArray(places[body].position);
+      position.fromArray(from(origin, places[body].position, seen));
       for (let axis = 0; axis < 3; axis++) {
         turn.fromArray(places[body].orientation).multiply(TO_AXIS[axis]);
         this.mesh.setMatrixAt(3 * i + axis, matrix.compose(position, turn, size.set(thick, thick, length)));

@@ -6,14 +6,16 @@ const FAR = 30;                         // [-] radius of the sheet, in sizes of 
 const GRID = {
   vertexShader: `
     varying vec2 place;
+    varying vec2 away;
     uniform vec2 middle;
     void main() {
+      away = position.xy;
       place = position.xy + middle;
       gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
     }`,
   fragmentShader: `
     varying vec2 place;
-    uniform vec2 middle;
+    varying vec2 away;
     uniform float cell, radius;
     uniform vec3 color;
     float lines(float size, float width) {
@@ -23,7 +25,7 @@ const GRID = {
       return clear * (1.0 - clamp(min(off.x, off.y) - width + 0.5, 0.0, 1.0));
     }
     void main() {
-      float far = length(place - middle) / radius;
+      float far = length(away) / radius;
       float seen = max(0.45 * lines(cell, 0.5), 0.95 * lines(10.0 * cell, 0.8));
       gl_FragColor = vec4(color, seen * (1.0 - smoothstep(0.05, 0.6, far)));
       #include <colorspace_fragment>
@@ -76,9 +78,10 @@ export class Ground {
       this.grid.geometry = new THREE.PlaneGeometry(2 * radius, 2 * radius);
       this.spanned = radius;
     }
-    uniforms.middle.value.set(local.x, local.y);
+    const cell = roundNumber(seen / 6);
+    uniforms.middle.value.set(local.x % (10 * cell), local.y % (10 * cell));    // far away single precision has no cells
     uniforms.radius.value = radius;
-    uniforms.cell.value = roundNumber(seen / 6);
+    uniforms.cell.value = cell;
     return uniforms.cell.value;
   }
 }

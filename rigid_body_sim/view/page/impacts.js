@@ -1,6 +1,6 @@
 // Impacts at their instants: a ring around the point, across the normal, that opens for a moment.
 import * as THREE from 'three';
-import { arrayOf, Growing } from 'view/run';
+import { arrayOf, from, Growing } from 'view/run';
 import { IMPACT } from 'view/palette';
 
 const LASTS = 0.25;                     // [s] of the run that a ring is seen
@@ -14,7 +14,7 @@ export class Impacts {
     this.told = run.impacts;
     if (!this.told) return;
     this.allTimes = new Growing(arrayOf(run.impacts.times, run.buffer));
-    this.allPlaces = new Growing(arrayOf(run.impacts.places, run.buffer), 6);       // point, normal
+    this.allPlaces = new Growing(Float64Array.from(arrayOf(run.impacts.places, run.buffer)), 6);       // point, normal
     this.arrow = run.arrow;
     const material = new THREE.MeshBasicMaterial({ color: IMPACT.color, side: THREE.DoubleSide, transparent: true, opacity: 0.85, depthTest: false });
     this.mesh = new THREE.InstancedMesh(new THREE.RingGeometry(0.82, 1, 40), material, MOST);
@@ -41,8 +41,9 @@ export class Impacts {
     return low;
   }
 
-  show(time, visible) {
+  show(time, origin, visible) {
     if (!this.told) return;
+    this.group.position.fromArray(origin);
     const end = visible ? this.after(time) : 0, first = visible ? Math.max(this.after(time - LASTS), end - MOST) : 0;
     const turn = new THREE.Quaternion(), matrix = new THREE.Matrix4(), point = new THREE.Vector3(), normal = new THREE.Vector3(), size = new THREE.Vector3();
     this.mesh.count = 0;
@@ -50,7 +51,7 @@ export class Impacts {
       const share = (time - this.times[i]) / LASTS;
       turn.setFromUnitVectors(Z, normal.fromArray(this.places, 6 * i + 3));
       size.setScalar(this.arrow * (SMALL + (LARGE - SMALL) * share));
-      this.mesh.setMatrixAt(this.mesh.count++, matrix.compose(point.fromArray(this.places, 6 * i), turn, size));
+      this.mesh.setMatrixAt(this.mesh.count++, matrix.compose(point.fromArray(from(origin, this.places.subarray(6 * i, 6 * i + 3), [])), turn, size));
     }
     this.mesh.instanceMatrix.needsUpdate = true;
   }

@@ -174,9 +174,11 @@ class View {
     const places = this.places();
     this.ties.place(places);
     this.keepInView();
-    this.arrows.show(moment, places, kind => this.visible(kind));
-    if (this.run.impacts) this.impacts.show(this.player.now, this.visible('impacts'));
-    this.trails.show(moment, this.visible('trails'));
+    const origin = this.stage.origin();
+    this.bodies.draw(origin);
+    this.arrows.show(moment, places, origin, kind => this.visible(kind));
+    if (this.run.impacts) this.impacts.show(this.player.now, origin, this.visible('impacts'));
+    this.trails.show(moment, origin, this.visible('trails'));
     this.bodies.triads.mesh.visible = this.visible('axes');
     this.stage.showOrigin = this.visible('origin');
     this.stage.controls.update();

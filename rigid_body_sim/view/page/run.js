@@ -150,6 +150,12 @@ function turnBetween(p, q) {
   return { axis: [r[0] / sine, r[1] / sine, r[2] / sine], angle: 2 * Math.atan2(sine, r[3]) };
 }
 
+// A point as seen from another, in double precision.
+export function from(origin, point, out) {
+  for (let j = 0; j < 3; j++) out[j] = point[j] - origin[j];
+  return out;
+}
+
 // v turned by q (xyzw), body axes to world
 export function rotate(q, v, out) {
   const [x, y, z, w] = q, [a, b, c] = v;

@@ -32,8 +32,8 @@ export class Stage {
     this.controls.addEventListener('change', () => { this.dirty = true; });
     this.grounds = run.planes.map(plane => new Ground(plane));
     for (const ground of this.grounds) this.scene.add(ground.group);
-    this.origin = worldTriad(1);
-    this.scene.add(this.origin);
+    this.axes = worldTriad(1);
+    this.scene.add(this.axes);
     this.corner = cornerAxes();
     this.framing = new Framing(run);
     this.zoom = 1;
@@ -117,6 +117,9 @@ export class Stage {
     this.dirty = true;
   }
 
+  // Where the picture is seen from in double precision (3) [m]: what is looked at.
+  origin() { return this.controls.target.toArray(); }
+
   // Metres that a pixel shows at the distance of what is looked at.
   get metresPerPixel() {
     const distance = this.camera.position.distanceTo(this.controls.target);
@@ -130,8 +133,8 @@ export class Stage {
     this.camera.updateProjectionMatrix();
     const seen = 0.5 * this.metresPerPixel * Math.hypot(this.element.clientWidth, this.element.clientHeight);
     for (const ground of this.grounds) this.cell = ground.under(this.controls.target, seen);
-    this.origin.scale.setScalar(this.originLength());
-    this.origin.visible = this.showOrigin;
+    this.axes.scale.setScalar(this.originLength());
+    this.axes.visible = this.showOrigin;
     const reach = Math.min(seen, 3 * this.framing.size) * 1.3;
     const sun = this.sun.shadow.camera;
     this.sun.target.position.copy(this.controls.target);
@@ -140,8 +143,19 @@ export class Stage {
     sun.updateProjectionMatrix();
     this.sun.shadow.normalBias = 0.0012 * reach;
     this.renderer.clear();
-    this.renderer.render(this.scene, this.camera);
+    this.fromOrigin(() => this.renderer.render(this.scene, this.camera));
     this.drawCorner();
+  }
+
+  // Do something while camera and scene are where they are as seen from the origin: the light of a
+  // scene and its shadows take places in single precision.
+  fromOrigin(work) {
+    const { camera, scene, controls } = this, place = camera.position.clone();
+    scene.position.copy(controls.target).negate();
+    camera.position.sub(controls.target);
+    work();
+    camera.position.copy(place);
+    camera.updateMatrixWorld();
   }
 
   originLength() {
@@ -166,9 +180,15 @@ export class Stage {
     return { x, y, inside: Math.abs(p.x) <= 1 && Math.abs(p.y) <= 1 && p.z < 1 };
   }
 
+  // What is met by it is where it was drawn: as seen from the origin.
   ray(x, y) {
     const caster = new THREE.Raycaster();
-    caster.setFromCamera(new THREE.Vector2((2 * x) / this.element.clientWidth - 1, 1 - (2 * y) / this.element.clientHeight), this.camera);
+    const at = new THREE.Vector2((2 * x) / this.element.clientWidth - 1, 1 - (2 * y) / this.element.clientHeight);
+    this.fromOrigin(() => {
+      this.camera.updateMatrixWorld();
+      this.scene.updateMatrixWorld();
+      caster.setFromCamera(at, this.camera);
+    });
     return caster;
   }
 }
