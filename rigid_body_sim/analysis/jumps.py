@@ -179,7 +179,7 @@ def _turning(held: HeldWrenches) -> list[tuple[int, str]]:
 def _by_tick(bag: Bag, scene: Scene) -> Iterator[tuple[int, list[Command]]]:
     topics = topics_of([b.name for b in scene.bodies], namespace=bag.manifest['namespace'])
     now, commands = None, []
-    for message in bag.messages(topics):
+    for message in bag.messages_by_time(topics):
         if message.sequence != now and now is not None:
             yield now, commands
             commands = []

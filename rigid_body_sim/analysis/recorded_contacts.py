@@ -96,5 +96,5 @@ def summarise(bag: Bag) -> ContactSummary | None:
 
 
 def _all(bag: Bag, topics: dict[str, str]) -> Iterator[tuple[str, float, Array]]:
-    for message in bag.messages(topics):
+    for message in bag.messages_by_time(topics):
         yield topics[message.topic], message.log_time / 1e9, read_points(message.data)

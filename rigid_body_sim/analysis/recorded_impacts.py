@@ -98,7 +98,7 @@ def _messages(bag: Bag) -> Iterator[tuple[float, Array]]:
     """Go through the messages: the instant of publishing [s], and the points, at least one."""
     topic = impact_topic(bag)
     if topic is not None:
-        for message in bag.messages([topic]):
+        for message in bag.messages_by_time([topic]):
             points = impact_points(message.data)
             if len(points):
                 yield message.log_time / 1e9, points

@@ -4,16 +4,18 @@
 Reads a recording: a bag directory or a lone `.mcap` file, ours or of any other rosbag2 with MCAP
 storage.
 
-Messages come in file order, which is the order in which the simulator consumed and produced them.
+Messages come in file order, which is the order in which the simulator consumed and produced them,
+or, for bags of other recorders, by their log times.
 Chunks are checked against their CRC as they are read.
 """
 
 from __future__ import annotations
 
 import os
+from bisect import bisect_right
 from collections.abc import Collection, Iterable, Iterator
+from operator import attrgetter
 from pathlib import Path
-from typing import BinaryIO
 
 from mcap.records import Channel, Statistics
 
@@ -39,6 +41,8 @@ __all__ = ['RECOVERED', 'SUSPECT', 'Bag', 'DamagedBag', 'RecordedMessage']
 
 RECOVERED = 'rigid_body_sim_recovered'  # metadata record of a recovered bag
 SUSPECT = 'suspect'  # key in it: what shows that the source was altered, not only cut off
+NEVER = 2**64  # [ns] behind every log time
+_LOG_TIME = attrgetter('log_time')
 _TITLES = {MANIFEST: 'manifest', ENDING: 'ending record', RECOVERED: 'recovery record'}
 
 
@@ -141,17 +145,66 @@ class Bag:
 
     def messages(self, topics: Collection[str] | None = None) -> Iterator[RecordedMessage]:
         """Yield the messages of the given topics, all by default, in file order."""
-        for file, names in zip(self.files, self._names):
-            wanted = {
-                channel: name
-                for channel, name in names.items()
-                if topics is None or name in topics
-            }
-            with file.open('rb') as stream:
-                try:
-                    yield from _messages(stream, wanted, names)
-                except mcap_scan.Torn as error:
-                    raise damaged(file, error) from error
+        for place in range(len(self.files)):
+            for _, found in self._records(place, topics):
+                yield from found
+
+    def messages_by_time(self, topics: Collection[str] | None = None) -> Iterator[RecordedMessage]:
+        """
+        Yield them in the order of their log times, those of one time in file order.
+
+        MCAP promises no order in the file, and recorders that write in threads keep none. A
+        message waits until nothing behind it can be earlier, as the indexes of chunks tell: one
+        chunk of them, where the file is in order.
+        """
+        waiting: list[RecordedMessage] = []
+        earliest = NEVER  # of those that wait
+        for nothing_before, found in self._groups(topics):
+            waiting += found
+            earliest = min(earliest, min(map(_LOG_TIME, found), default=NEVER))
+            if earliest > nothing_before:
+                continue
+            waiting.sort(key=_LOG_TIME)
+            end = bisect_right(waiting, nothing_before, key=_LOG_TIME)
+            yield from waiting[:end]
+            del waiting[:end]
+            earliest = waiting[0].log_time if waiting else NEVER
+
+    def _groups(
+        self, topics: Collection[str] | None
+    ) -> Iterator[tuple[int, list[RecordedMessage]]]:
+        """Yield messages of records, and the log time [ns] before which none behind them is."""
+        for place, summary in enumerate(self.summaries):
+            of_files = (each.statistics for each in self.summaries[place + 1 :])
+            later = min(
+                (each.message_start_time for each in of_files if each and each.message_count),
+                default=NEVER,
+            )
+            offsets, least = _least_behind(summary, later)
+            in_chunks = True  # of what stands outside no index tells
+            for record, messages in self._records(place, topics):
+                in_chunks &= record.opcode == mcap_file.CHUNK
+                found = list(messages)
+                yield least[bisect_right(offsets, record.position)] if in_chunks else -1, found
+            yield later, []
+
+    def _records(
+        self, place: int, topics: Collection[str] | None
+    ) -> Iterator[tuple[mcap_scan.Record, Iterator[RecordedMessage]]]:
+        """Yield the records of a file that hold messages, and those of the given topics."""
+        file, names = self.files[place], self._names[place]
+        wanted = {
+            channel: name for channel, name in names.items() if topics is None or name in topics
+        }
+        with file.open('rb') as stream:
+            try:
+                for record in mcap_scan.records(stream, message_indexes=False):
+                    if record.opcode == mcap_file.DATA_END:
+                        return
+                    if record.opcode in (mcap_file.CHUNK, mcap_file.MESSAGE):
+                        yield record, _messages(file, record, wanted, names)
+            except mcap_scan.Torn as error:
+                raise damaged(file, error) from error
 
     @property
     def recorded_topics(self) -> Collection[str]:
@@ -217,18 +270,32 @@ class Bag:
 
 
 def _messages(
-    stream: BinaryIO, wanted: dict[int, str], known: Collection[int]
+    file: Path, record: mcap_scan.Record, wanted: dict[int, str], known: Collection[int]
 ) -> Iterator[RecordedMessage]:
-    for record in mcap_scan.records(stream, message_indexes=False):
-        found: Iterable[mcap_scan.Message] = ()
+    found: Iterable[mcap_scan.Message]
+    try:
         if record.opcode == mcap_file.CHUNK:
             found = mcap_scan.chunk_messages(record, wanted, known)
-        elif record.opcode == mcap_file.MESSAGE:
+        else:
             found = (mcap_scan.message(record),)
-        elif record.opcode == mcap_file.DATA_END:
-            return
         for channel, sequence, log_time, publish_time, data in found:
             if channel in wanted:
                 yield RecordedMessage(wanted[channel], sequence, log_time, data, publish_time)
             elif channel not in known:
-                raise mcap_scan.Torn(record.position, f'message of the unknown channel {channel}')
+                problem = f'message of the unknown channel {channel}'
+                raise mcap_scan.Torn(record.position, problem)
+    except mcap_scan.Torn as error:
+        raise damaged(file, error) from error
+
+
+def _least_behind(summary: Summary, later: int) -> tuple[list[int], list[int]]:
+    """
+    Places of the chunks of a file, and before which log time [ns] nothing is from each of them on.
+
+    later : the same of what follows the file: the last
+    """
+    chunks = sorted(summary.chunks, key=lambda index: index.chunk_start_offset)
+    least = [later]
+    for index in reversed(chunks):
+        least.append(min(least[-1], index.message_start_time))
+    return [index.chunk_start_offset for index in chunks], least[::-1]

@@ -10,7 +10,7 @@ cut out of the arrays, with their bytes as they are.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from typing import Any, cast
 
 from rigid_body_sim.recording import cdr
@@ -75,8 +75,19 @@ class _BagWithEveryBody:
 
     def messages(self, topics: Collection[str] | None = None) -> Iterator[RecordedMessage]:
         """Yield the messages of the given topics, all of the bag by default, in file order."""
+        return self._with_bodies(topics, self._bag.messages)
+
+    def messages_by_time(self, topics: Collection[str] | None = None) -> Iterator[RecordedMessage]:
+        """Yield them in the order of their log times."""
+        return self._with_bodies(topics, self._bag.messages_by_time)
+
+    def _with_bodies(
+        self,
+        topics: Collection[str] | None,
+        messages: Callable[[Collection[str] | None], Iterator[RecordedMessage]],
+    ) -> Iterator[RecordedMessage]:
         if topics is None:
-            yield from self._bag.messages()
+            yield from messages(None)
             return
         wanted = set(topics)
         cut = {
@@ -84,7 +95,7 @@ class _BagWithEveryBody:
             for array, missing in self._cut.items()
         }
         cut = {array: missing for array, missing in cut.items() if missing}
-        for message in self._bag.messages(wanted | cut.keys()):
+        for message in messages(wanted | cut.keys()):
             if message.topic in wanted:
                 yield message
             if message.topic in cut:

@@ -209,10 +209,7 @@ def commands_of_bag(
             f'command topics in this bag: {", ".join(sorted(present)) or "none"}'
         )
     chosen = [topic for name, topic in present.items() if not topics or name in topics]
-    recorded = sorted(
-        bag.messages([bag.own_name(topic.name) for topic in chosen]),
-        key=lambda message: message.log_time,
-    )
+    recorded = list(bag.messages_by_time([bag.own_name(topic.name) for topic in chosen]))
     first = recorded[0].log_time
     return chosen, [
         Message(

@@ -87,7 +87,7 @@ def read_arrows(bag: Bag, times: Array, places: Mapping[str, int]) -> ContactArr
     told = {places.get(body, -1) for body in topics.values()}
     instants = {int(t): i for i, t in enumerate(np.rint(times * 1e9))}
     found: list[list[Array]] = [[] for _ in times]
-    for message in bag.messages(topics):
+    for message in bag.messages_by_time(topics):
         instant = instants.get(message.log_time)
         if instant is None:
             continue

@@ -134,7 +134,7 @@ def read_motion(bag: Bag, *, samples: int) -> RecordedMotion:
     loads: dict[str, list[tuple[float, float]]] = {name: [] for name in touching}
     wanted = {*found, *wrenches, *impulses, *touching}
     total = sum(bag.counts.get(name, 0) for name in wanted)
-    for message in tqdm(bag.messages(wanted), total=total, unit=' messages', disable=None):
+    for message in tqdm(bag.messages_by_time(wanted), total=total, unit=' messages', disable=None):
         name = message.topic
         if name in found:
             place, count = seen[name], bag.counts[name]

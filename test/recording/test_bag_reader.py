@@ -7,6 +7,7 @@ Bags of any rosbag2 recorder are read; what is none is refused with a cure.
 import shutil
 from io import BytesIO
 
+import numpy as np
 import pytest
 import yaml
 from mcap.writer import CompressionType, Writer
@@ -15,16 +16,18 @@ from rosbags.rosbag2 import Writer as RosbagsWriter
 from rosbags.typesys import Stores, get_typestore
 
 from rigid_body_sim.errors import UserError
-from rigid_body_sim.recording import cdr
+from rigid_body_sim.recording import bag_reader, cdr
 from rigid_body_sim.recording.bag_reader import Bag, DamagedBag
 from rigid_body_sim.recording.definitions import definition
 
 COMMAND = cdr.encode(cdr.WrenchStamped(1, 2, 'box', (1.0, 2.0, 3.0), (4.0, 5.0, 6.0)))
 
 
-def library_file(path, compression=CompressionType.NONE, messages=1000, **options):
+def library_file(path, compression=CompressionType.NONE, messages=1000, times=None, **options):
     """
     Write an MCAP file with the mcap package.
+
+    times : [ns] log times; none given: the numbers of the messages
     """
     with path.open('wb') as stream:
         writer = Writer(stream, chunk_size=4096, compression=compression, **options)
@@ -33,7 +36,8 @@ def library_file(path, compression=CompressionType.NONE, messages=1000, **option
         schema = writer.register_schema(kind, 'ros2msg', definition(kind).encode())
         channel = writer.register_channel('/box/wrench', 'cdr', schema)
         for number in range(messages):
-            writer.add_message(channel, number, COMMAND, number, number)
+            time = number if times is None else int(times[number])
+            writer.add_message(channel, time, COMMAND, time, number)
         writer.finish()
 
 
@@ -76,6 +80,30 @@ def test_a_bag_of_several_files_is_read_in_order(record, mcap_of):
     assert [m.topic for m in messages[-3:]] == ['/box/wrench'] * 3
     assert len(messages) == sum(bag.counts.values())
     assert bag.counts['/box/wrench'] == 3
+
+
+@pytest.mark.parametrize('chunks', [True, False])
+@pytest.mark.parametrize('reach', [3, 100, 1000])
+def test_messages_come_by_log_time_whatever_their_order_in_the_files(tmp_path, chunks, reach):
+    """Swapped within a chunk, over some of 30 messages, and at random; in files one by one."""
+    path, random = tmp_path / 'other.mcap', np.random.default_rng(reach)
+    times = np.arange(1000) // 2 + random.integers(0, reach, 1000)
+    library_file(path, times=times, use_chunking=chunks)
+    bag = Bag(path)
+    in_file = [(m.log_time, m.sequence) for m in bag.messages()]
+    assert in_file != sorted(in_file)
+    assert [(m.log_time, m.sequence) for m in bag.messages_by_time()] == sorted(in_file)
+
+
+def test_of_an_ordered_file_no_more_than_a_chunk_is_held(tmp_path, monkeypatch):
+    library_file(tmp_path / 'other.mcap')
+    read = []
+    of_record = bag_reader._messages
+    monkeypatch.setattr(bag_reader, '_messages', lambda *a: (read.append(a), of_record(*a))[1])
+    messages = Bag(tmp_path / 'other.mcap').messages_by_time()
+    for number, message in enumerate(messages):
+        assert message.log_time == number and len(read) <= 1 + number // 20
+    assert number == 999 and len(read) > 20
 
 
 def test_topics_select_messages(record):
