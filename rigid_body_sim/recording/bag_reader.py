@@ -63,6 +63,7 @@ class Bag:
     channels    : of all files
     summaries   : what the end of each file says of it
     messages_crc : CRC-32 of all message records as it was recorded; None where it was not
+    reordered   : topics that `messages_by_time` has found in another order in the file
 
     Manifest, ending and attachments are those that were recorded, or opening the bag has failed:
     each carries its own checksum, older bags excepted.
@@ -82,6 +83,7 @@ class Bag:
         self.channels: list[Channel] = []
         self._metadata: dict[str, dict[str, str]] = {}
         self._names: list[dict[int, str]] = []
+        self.reordered: set[str] = set()
         times: list[int] = []
         for file in self.files:
             times += self._open(file)
@@ -159,7 +161,12 @@ class Bag:
         """
         waiting: list[RecordedMessage] = []
         earliest = NEVER  # of those that wait
+        latest: dict[str, int] = {}  # of each topic, so far
         for nothing_before, found in self._groups(topics):
+            for message in found:
+                if message.log_time < latest.get(message.topic, 0):
+                    self.reordered.add(message.topic)
+                latest[message.topic] = message.log_time
             waiting += found
             earliest = min(earliest, min(map(_LOG_TIME, found), default=NEVER))
             if earliest > nothing_before:

@@ -12,7 +12,6 @@ from __future__ import annotations
 from array import array
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from operator import itemgetter
 from struct import Struct
 from typing import Any
 
@@ -33,17 +32,14 @@ from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.recording.columns import need_time_forward
 from rigid_body_sim.recording.contact_packing import FORCE
 from rigid_body_sim.recording.every_body import with_every_body
-from rigid_body_sim.recording.recorded_message import RecordedMessage
 from rigid_body_sim.recording.topics import Topic
 
 Array = NDArray[np.float64]
 
 WRENCH_BYTES = 48  # force and torque at the end of a WrenchStamped payload
 NO_WRENCH = bytes(WRENCH_BYTES)
-_STAMP, _STAMP_BIG = (
-    Struct('<iI'),
-    Struct('>iI'),
-)  # behind the four bytes of a payload that say which
+# behind the four bytes of a payload that say which
+_STAMP, _STAMP_BIG = Struct('<iI'), Struct('>iI')
 _NO_TIME, _NO_VECTORS = np.empty(0), np.empty((0, 3))
 
 
@@ -125,22 +121,22 @@ def read_motion(bag: Bag, *, samples: int) -> RecordedMotion:
     impulses = {
         name for name, t in bag.topics.items() if _is(t, 'impulse', cdr.WrenchStamped.TYPE)
     }
-    found: dict[str, list[tuple[int, bytes]]] = {name: [] for name in (*poses, *twists)}
-    clocks = {name: _Clock() for name in found}
-    seen = dict.fromkeys((*found, *wrenches), 0)
+    kept: dict[str, list[bytes]] = {name: [] for name in (*poses, *twists)}
+    stamps = {name: array('q') for name in kept}  # [ns] also of those that are not kept
+    seen = dict.fromkeys((*kept, *wrenches), 0)
     pushed: dict[str, dict[int, bytes]] = {name: {} for name in wrenches}
     commands: set[int] = set()
     touching = contact_topics(bag)
     loads: dict[str, list[tuple[float, float]]] = {name: [] for name in touching}
-    wanted = {*found, *wrenches, *impulses, *touching}
+    wanted = {*kept, *wrenches, *impulses, *touching}
     total = sum(bag.counts.get(name, 0) for name in wanted)
     for message in tqdm(bag.messages_by_time(wanted), total=total, unit=' messages', disable=None):
         name = message.topic
-        if name in found:
+        if name in kept:
             place, count = seen[name], bag.counts[name]
-            clocks[name].take(message)
+            stamps[name].append(_stamp(message.data))
             if place % -(-count // samples) == 0 or place == count - 1:
-                found[name].append((message.log_time, message.data))
+                kept[name].append(message.data)
             seen[name] = place + 1
         elif name in touching:
             forces = read_points(message.data)[:, FORCE]
@@ -155,9 +151,8 @@ def read_motion(bag: Bag, *, samples: int) -> RecordedMotion:
             if before is None or _strength(message.data) > _strength(before):
                 pushed[name][stretch] = message.data
             seen[name] += 1
-    for name, clock in clocks.items():
-        clock.check(f'{bag.path}: {name}')
-    kept = {name: _by_log_time(rows) for name, rows in found.items()}
+    for name, times in stamps.items():
+        need_time_forward(np.array(times), f'{bag.path}: {name}', reordered=name in bag.reordered)
     tracks = [
         track_of(
             name,
@@ -183,29 +178,10 @@ def read_motion(bag: Bag, *, samples: int) -> RecordedMotion:
     )
 
 
-class _Clock:
-    """Times of all messages of a topic, in file order, also of those that are not kept."""
-
-    def __init__(self) -> None:
-        self._logged, self._stamps = array('q'), array('q')
-
-    def take(self, message: RecordedMessage) -> None:
-        sec, nanosec = (_STAMP if message.data[1] == 1 else _STAMP_BIG).unpack_from(
-            message.data, 4
-        )
-        self._logged.append(message.log_time)
-        self._stamps.append(10**9 * sec + nanosec)
-
-    def check(self, where: str) -> None:
-        """Refuse times that go back."""
-        logged, stamps = np.array(self._logged), np.array(self._stamps)
-        reordered = bool(np.any(np.diff(logged) < 0))
-        order = np.argsort(logged, kind='stable')
-        need_time_forward(stamps[order], where, reordered=reordered)
-
-
-def _by_log_time(rows: list[tuple[int, bytes]]) -> list[bytes]:
-    return [data for _, data in sorted(rows, key=itemgetter(0))]
+def _stamp(data: bytes) -> int:
+    """Return the stamp [ns] of a message that begins with one."""
+    sec, nanosec = (_STAMP if data[1] == 1 else _STAMP_BIG).unpack_from(data, 4)
+    return 10**9 * sec + nanosec
 
 
 def _load(rows: list[tuple[float, float]], samples: int) -> Load:

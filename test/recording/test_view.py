@@ -301,6 +301,12 @@ def test_a_bag_whose_time_goes_back_is_not_drawn(tmp_path, suffix):
     assert not list(tmp_path.glob('run*'))
 
 
+def test_a_bag_whose_clock_went_back_with_the_run_is_not_drawn(tmp_path):
+    path = rising(tmp_path / 'twice', *((sec, sec) for sec in (1, 2, 3, 1, 2, 3)))
+    with pytest.raises(UserError, match='two messages are of 1 s, and log times go back in the'):
+        draw(path, tmp_path / 'run.png')
+
+
 def test_a_bag_is_drawn_in_the_order_of_its_log_times_whatever_that_of_its_file(tmp_path):
     path = rising(tmp_path / 'shuffled', *((sec, sec) for sec in (1, 2, 5, 3, 4, 6)))
     (ball,) = read_motion(Bag(path), samples=100).tracks
