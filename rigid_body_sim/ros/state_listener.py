@@ -69,7 +69,7 @@ class StateListener:
 
     scene, title, about : known after `begin`
     ended               : never: who publishes may come back
-    run                 : how often another run has begun
+    run                 : another number where another run begins
     """
 
     def __init__(self, namespace: str | None = None) -> None:
@@ -124,10 +124,9 @@ class StateListener:
         block = self._next()
         if self._motion.run == 0 and not self._has_changed():
             return block
+        self.run += 1
         with suppress(RunError):  # it may still come
-            block = self.begin()
-            self.run += 1
-            return block
+            return self.begin()
         return None
 
     def _next(self) -> RecordedMotion | None:

@@ -32,13 +32,14 @@ from rigid_body_sim.recording.batch import (
 )
 from rigid_body_sim.recording.chunk import Chunk
 from rigid_body_sim.recording.mcap_file import McapFile
+from rigid_body_sim.recording.topic_names import own_by_kind
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.verbs import simulate, view
 from rigid_body_sim.view import bag_follower, live_server
 from rigid_body_sim.view.bag_follower import BEGINNING, BagFollower
 from rigid_body_sim.view.contact_arrows import read_arrows
 from rigid_body_sim.view.energy_history import energy_history
-from rigid_body_sim.view.growing_motion import GrowingMotion, joined, size_of, thinned
+from rigid_body_sim.view.growing_motion import KINDS, GrowingMotion, joined, size_of, thinned
 from rigid_body_sim.view.playback_page import unpacked
 from rigid_body_sim.view.recorded_motion import RecordedMotion, Track, read_motion
 
@@ -559,6 +560,27 @@ def test_the_page_of_a_server_that_was_killed_says_so_and_shows_the_run_of_the_n
     with killed([*words, str(bags[1])]):
         comes_to(tab, "document.querySelector('h1').textContent === 'rolling_sphere'")
         comes_to(tab, f"document.body.dataset.live === 'on' && {news} === ''")
+
+
+@pytest.mark.parametrize(
+    ('remapped', 'own', 'lost'),
+    [
+        (['/gps/pose'], {'/gps/pose': '/lab/a/pose'}, []),  # the only one that lacks its pose
+        (
+            ['/gps/a/fix', '/gps/b/fix'],
+            {'/gps/a/fix': '/lab/a/pose', '/gps/b/fix': '/lab/b/pose'},
+            [],
+        ),
+        (['/gps/one', '/gps/two'], {}, ['/gps/one', '/gps/two']),
+    ],
+)
+def test_a_remapped_pose_is_of_the_body_that_lacks_one_or_whose_name_it_holds(remapped, own, lost):
+    bodies = ['a', 'b', 'silent']  # the last has no topics
+    twists = {f'/lab/{body}/twist': cdr.TwistStamped.TYPE for body in 'ab'}
+    left = {f'/lab/{body}/pose': POSE for body in 'ab'[len(remapped) :]}
+    wires = {**twists, **left, **dict.fromkeys(remapped, POSE)}
+    found = own_by_kind(wires, bodies, namespace='/lab', kinds=KINDS)
+    assert found == ({wire: wire for wire in (*twists, *left)} | own, lost)
 
 
 @pytest.mark.parametrize('there', ['nothing', 'an empty folder', 'the begin of a bag'])
