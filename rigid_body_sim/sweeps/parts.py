@@ -50,7 +50,6 @@ class Parts:
     def __init__(self, path: Path, sweep: Sweep) -> None:
         if path.is_dir():
             raise UserError(f'{path}: is a folder; name a file in it')
-        self._format = format_of(path)
         self.path, self.folder = path, path.with_name(path.name + SUFFIX)
         self._sweep = sweep
         self.done: list[tuple[int, int]] = []
@@ -58,6 +57,7 @@ class Parts:
         self._lock = -1
         check_folder(path)
         check_text(str(path), what='the path of the table')  # Arrow takes no others
+        self._format = format_of(path)
         begun = is_taken(self.folder)
         self.is_finished = is_taken(path)
         if self.is_finished and not begun:
