@@ -45,7 +45,7 @@ def outcome(content: bytes, **how: bool) -> tuple[list[tuple[int, int]], str]:
 
 def test_stepping_over_indexes_finds_the_same_records_and_sums(content, monkeypatch):
     for room in (16, 100, 1 << 16):  # also where an index does not fit into what is read at once
-        monkeypatch.setattr(mcap_scan, '_RUN', room)
+        monkeypatch.setattr(mcap_scan, 'RUN_OF_INDEXES', room)
         found, end = outcome(content, message_indexes=False)
         assert (found, end) == outcome(content)
         assert end == 'whole' and [opcode for opcode, _ in found].count(mcap_file.CHUNK) > 3
