@@ -264,7 +264,7 @@ class Processes:
         why, task = one.why_gone(), one.task
         self._workers.remove(one)
         one.close()
-        if not one.is_ready:
+        if not one.is_ready and not self._has_begun:  # the next one would end as this one did
             raise RunError(f'no worker process can be started: {why} before it began')
         return Answer(task, None, [], died=why) if task is not None else None
 

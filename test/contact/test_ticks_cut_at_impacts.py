@@ -354,7 +354,8 @@ def test_what_a_body_gets_of_others_is_what_contacts_tell(seeds):
             sim.step()
             told, _torque = sim.contacts().wrenches(sim.state.position, DT)
             got = mass * (sim.state.velocity - np.array([0.0, 0.0, -GRAVITY]) * DT) - before
-            assert np.abs(got - told * DT)[moves].max() < 1e-12  # rounding; an impact has 0.01
+            # rounding of the impulses of a tick; an impact has 0.01
+            assert np.abs(got - told * DT)[moves].max() < 1e-11
 
 
 def test_a_manifold_whose_points_all_are_hidden_does_not_press():

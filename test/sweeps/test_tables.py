@@ -81,9 +81,10 @@ def test_a_dask_cluster_makes_the_same_bytes_also_when_a_worker_dies(undisturbed
 
 
 @pytest.mark.parametrize(
-    'who', [pytest.param(['worker'], marks=pytest.mark.long), ['nursery', 'worker']]
+    'who', [pytest.param(['worker'] * 3, marks=pytest.mark.long), ['nursery', 'worker']]
 )
 def test_a_process_that_is_killed_loses_no_run(undisturbed, tmp_path, who):
+    """Three workers: some of them as soon as they are there, before they have begun."""
     seen, killed = {}, []
 
     def kill_one(done, _runs):
