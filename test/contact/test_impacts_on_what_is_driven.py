@@ -13,6 +13,8 @@ import pytest
 
 from rigid_body_sim import Simulation, load_scene
 
+pytestmark = pytest.mark.usefixtures('plain_source')
+
 G = 9.81  # [m/s^2]
 BALL = {'type': 'sphere', 'radius': 0.1}
 DECK = {'type': 'box', 'size': [8, 8, 0.5]}

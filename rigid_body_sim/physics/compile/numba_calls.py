@@ -18,6 +18,7 @@ that kernels here are made of that is none, but with NUMBA_BOUNDSCHECK all.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from functools import cache
 from typing import Any
 
 from llvmlite import ir
@@ -39,6 +40,16 @@ class ContextOfPieces(CPUContext):
 
     def __init__(self, common: Any) -> None:
         self.__dict__ |= vars(common)
+        self._found: dict[Any, Any] = {}
+
+    def get_function(self, fn: Any, sig: Any, _firstcall: bool = True) -> Any:
+        """Give what writes a call, looked for once: numba looks at each what it takes."""
+        if not isinstance(fn, types.Function):
+            return super().get_function(fn, sig, _firstcall)
+        found = self._found.get((fn, sig))
+        if found is None:
+            found = self._found[fn, sig] = super().get_function(fn, sig, _firstcall)
+        return found
 
     @property
     def call_conv(self) -> Any:
@@ -202,6 +213,7 @@ def part(builder: Any, array: Any, begin: Any, end: Any) -> Any:
     return builder.insert_value(array, length, [_SHAPE, 0])
 
 
+@cache
 def of_pieces(context: Any) -> ContextOfPieces:
     """Give the context of what is called, made of that of who calls."""
     return context if isinstance(context, ContextOfPieces) else ContextOfPieces(context)

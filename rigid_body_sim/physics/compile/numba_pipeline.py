@@ -25,15 +25,14 @@ and of the work in Python before that,
                 array, and to look for that at each of thousands of accesses is most of what
                 fetching a body costs; nor do parts of arrays and ranges ask
     calls       hand on two words an array, and ask nobody whether it went well (`numba_calls`)
-    types       of an operator with its operands are resolved once, not at every occurrence; a
-                literal argument is typed like any other number, so that no function is compiled
-                once for a 0 and once for a 3
+    types       of an operator with its operands are resolved once, not at every occurrence
+                (`numba_typing`); a literal argument is typed like any other number, so that no
+                function is compiled once for a 0 and once for a 3
     garbage     is not looked for meanwhile: nearly all that is made is kept to the end
     passes      for closures and array expressions, which kernels do not have, are left out, that
                 which says until when a variable lives, and the one for a printout of types, which
                 keeps the code of every function as it was read: half of the Python objects that
-                live after a compilation
-    min, max    and int of numbers are what they are at once: numba compiles a function for each
+                live after a compilation; others do less (`numba_passes`)
 
 What each part earns: processor time of the cold compile of `stack`, of its tick, and of a tick of
 `pile_of_1000`, with that part alone left out. Medians of two or three runs on two busy cores
@@ -79,13 +78,17 @@ before, of a pile 0.99. LLVM makes vectors of a loop that calls only if a tuple 
 of memory, and if it finds the count of a range whose end is a multiple of its step: each of the
 two, left out, made a pile 1.4 times as slow.
 
+After them, passes that ask less (`numba_passes`), one sweep over what has no loop in place of two
+(`numba_typing`) and writers of calls that are looked for once (`numba_calls`): the work in Python
+of a kernel with all pairs of shapes (1131 functions) takes 0.85 of before; not a letter of its
+text is another one.
+
 `make test-bounds` runs the tests of kernels with each index checked.
 """
 
 from __future__ import annotations
 
 import gc
-import operator
 import pickle
 import sys
 from collections.abc import Callable, Sequence
@@ -99,7 +102,7 @@ from weakref import WeakSet
 
 import numba
 from llvmlite.ir import Function
-from numba.core import cgutils, config, errors, event, ir, ir_utils, sigutils, types
+from numba.core import cgutils, config, event, sigutils, types
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, UserProvidedCacheLocator
 from numba.core.codegen import (
     CodeLibrary,
@@ -122,21 +125,34 @@ from numba.core.funcdesc import PythonFunctionDescriptor
 from numba.core.registry import CPUDispatcher, cpu_target
 from numba.core.runtime.nrt import rtsys
 from numba.core.serialize import dumps
-from numba.core.ssa import reconstruct_ssa
-from numba.core.transforms import canonicalize_cfg
-from numba.core.typed_passes import BaseNativeLowering, NativeLowering, PreLowerStripPhis
-from numba.core.types.functions import BaseFunction
-from numba.core.typing.context import Context
-from numba.core.typing.templates import signature as signature_of
+from numba.core.typed_passes import (
+    BaseNativeLowering,
+    NativeLowering,
+    NopythonTypeInference,
+    PreLowerStripPhis,
+)
 from numba.core.typing.typeof import Purpose, typeof
-from numba.core.untyped_passes import IRProcessing, ReconstructSSA
+from numba.core.untyped_passes import (
+    GenericRewrites,
+    IRProcessing,
+    ReconstructSSA,
+    TranslateByteCode,
+)
 
 from rigid_body_sim.physics.compile import numba_calls, pieces
 from rigid_body_sim.physics.compile.elf import UnknownCode
 from rigid_body_sim.physics.compile.image import RETURNS, of_members
 from rigid_body_sim.physics.compile.image_maker import Bitcode, is_long, simplify
 from rigid_body_sim.physics.compile.kernel_files import KernelFiles, names_of
-from rigid_body_sim.physics.compile.numba_lowering import OF_NUMBERS, LowerKernel
+from rigid_body_sim.physics.compile.numba_lowering import LowerKernel
+from rigid_body_sim.physics.compile.numba_passes import (
+    Assignments,
+    Processing,
+    Reading,
+    Rewriting,
+    WithoutPhis,
+)
+from rigid_body_sim.physics.compile.numba_typing import Inference, Typing
 from rigid_body_sim.physics.compile.sources import digest_of
 
 _ALL_CALLED: WeakSet[_Called] = WeakSet()
@@ -312,7 +328,8 @@ class _Called(CPUDispatcher):
         args, returns = sigutils.normalize_signature(sig)
         if args not in self.overloads:
             with self._compiling_counter:
-                self.add_overload(self._kept(args) or self._made(args, returns))
+                place = None if self._files is None else self._place(args)
+                self.add_overload(self._kept(place) or self._made(args, returns, place))
         return self.overloads[args].entry_point
 
     def _place(self, args: Any) -> tuple[str, str]:
@@ -321,8 +338,8 @@ class _Called(CPUDispatcher):
         told = f'{_RELEASES} python {sys.version} {self.targetoptions} {_checks()} {args}'
         return source[:_LONGEST], f'piece {source} {digest_of(self.py_func)} {told}'
 
-    def _kept(self, args: Any) -> Any:
-        found = None if self._files is None else self._files.load(*self._place(args))
+    def _kept(self, place: tuple[str, str] | None) -> Any:
+        found = None if self._files is None or place is None else self._files.load(*place)
         if found is None:
             return None
         piece, beside = found
@@ -334,17 +351,17 @@ class _Called(CPUDispatcher):
         entry = _entry_of(context, described, library)
         return _result(context, described, signature, library, entry)
 
-    def _made(self, args: Any, returns: Any) -> Any:
+    def _made(self, args: Any, returns: Any, place: tuple[str, str] | None) -> Any:
         compiler: Any = self._compiler  # pyright: ignore[reportAttributeAccessIssue]
         told = {'dispatcher': self, 'args': args, 'return_type': returns}
         with event.trigger_event('numba:compile', data=told):  # for who counts, as numba tells it
             made = compiler.compile(args, returns)
         library = made.library
         library._ensure_finalized()
-        if self._files is not None:
+        if self._files is not None and place is not None:
             made.fndesc.typemap = made.fndesc.calltypes = None
             beside = dumps((made.fndesc, made.signature, library.raises))
-            library.hold(self._files.save(*self._place(args), library.text, beside))
+            library.hold(self._files.save(*place, library.text, beside))
         return made
 
 
@@ -383,99 +400,6 @@ def _pieces_in(folder: Path) -> pieces.PieceFiles:
     return pieces.PieceFiles(folder)
 
 
-class _Typing(Context):
-    """The types of operators with their operands, found once; all else as numba's own context."""
-
-    def __init__(self, common: Any) -> None:
-        self.__dict__ |= vars(common)
-        self._known: dict[Any, Any] = {}
-
-    def resolve_function_type(self, func: Any, args: Any, kws: Any) -> Any:
-        other = isinstance(func, types.Type) and not isinstance(func, BaseFunction)
-        if kws or other or not all(isinstance(a, types.Type) for a in args):
-            return super().resolve_function_type(func, args, kws)
-        signature = self._known.get((func, args))
-        if signature is None:
-            signature = self._of_numbers(func, args)
-            signature = signature or super().resolve_function_type(func, args, kws)
-            self._known[func, args] = signature
-        return signature
-
-    def _of_numbers(self, func: Any, args: Any) -> Any:
-        """Give the types of what numba would compile a function for."""
-        if getattr(func, 'typing_key', None) not in OF_NUMBERS or not args:
-            return None
-        took = [types.unliteral(a) for a in args]
-        if not all(isinstance(a, types.Integer | types.Float) for a in took):
-            return None
-        if func.typing_key is not int:
-            result = self.unify_types(*took) if len(took) > 1 else None
-        elif len(took) == 1:
-            result = took[0] if isinstance(took[0], types.Integer) else types.intp
-        else:
-            result = None
-        return None if result is None else signature_of(result, *took)
-
-    def resolve_setitem(self, target: Any, index: Any, value: Any) -> Any:
-        key = operator.setitem, (target, index, value)
-        if key not in self._known:
-            self._known[key] = super().resolve_setitem(target, index, value)
-        return self._known[key]
-
-
-@register_pass(mutates_CFG=False, analysis_only=False)
-class _Processing(IRProcessing):
-    _name = 'kernel_processing'
-
-    def run_pass(self, state: Any) -> Any:
-        _shape(state.func_ir)
-        for block in state.func_ir.blocks.values():
-            _order_handed_on(block.body)
-        return True
-
-
-@register_pass(mutates_CFG=False, analysis_only=False)
-class _Assignments(ReconstructSSA):
-    _name = 'kernel_assignments'
-
-    def run_pass(self, state: Any) -> Any:
-        state.func_ir = reconstruct_ssa(state.func_ir)
-        state.func_ir._definitions = ir_utils.build_definitions(state.func_ir.blocks)
-        _shape(state.func_ir)
-        return True
-
-
-@register_pass(mutates_CFG=False, analysis_only=False)
-class _WithoutPhis(PreLowerStripPhis):
-    _name = 'kernel_without_phis'
-
-    def run_pass(self, state: Any) -> Any:
-        state.func_ir = self._strip_phi_nodes(state.func_ir)
-        state.func_ir._definitions = ir_utils.build_definitions(state.func_ir.blocks)
-        _shape(state.func_ir)
-        return True
-
-
-def _shape(func_ir: Any) -> None:
-    """Bring blocks in order; until when a variable lives is of no interest to `LowerKernel`."""
-    if func_ir.is_generator:
-        raise errors.UnsupportedError('a kernel is no generator', func_ir.loc)
-    func_ir.blocks = canonicalize_cfg(func_ir.blocks)
-    func_ir.generator_info = None
-
-
-def _order_handed_on(body: list[Any]) -> None:
-    """Order what a block hands on to the next by name: numba goes by the hashes of strings."""
-    begin = end = len(body) - 1
-    while begin and isinstance(body[begin - 1], ir.Assign) and _is_handed_on(body[begin - 1]):
-        begin -= 1
-    body[begin:end] = sorted(body[begin:end], key=lambda one: one.target.name)
-
-
-def _is_handed_on(assigned: Any) -> bool:
-    return assigned.target.name.startswith('$phi')
-
-
 @register_pass(mutates_CFG=True, analysis_only=False)
 class _Lowering(BaseNativeLowering):
     _name = 'kernel_lowering'
@@ -512,12 +436,15 @@ class _Lowering(BaseNativeLowering):
 
 
 _OWN_PASSES = {
-    IRProcessing: _Processing,
-    ReconstructSSA: _Assignments,
-    PreLowerStripPhis: _WithoutPhis,
+    TranslateByteCode: Reading,
+    IRProcessing: Processing,
+    ReconstructSSA: Assignments,
+    GenericRewrites: Rewriting,
+    NopythonTypeInference: Inference,
+    PreLowerStripPhis: WithoutPhis,
     NativeLowering: _Lowering,
 }
-_typing = cache(_Typing)  # one context for all kernels
+_typing = cache(Typing)  # one context for all kernels
 
 
 class _Compiler(CompilerBase):

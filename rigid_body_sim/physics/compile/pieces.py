@@ -35,6 +35,7 @@ from rigid_body_sim.physics.compile.kernel_files import named, read_whole, write
 
 _METADATA = re.compile(r'!(\d+)')
 _OWN = re.compile(r'@("[^"]*"|[\w.$-]+) = (?:internal|private) ')
+_DIGITS = 24  # of the digest in the name of what is a module's own
 _MOST = 2**31  # of the numbers that LLVM reads
 _ADDRESS = 'numba.dynamic.globals'  # how the symbols of variables begin that hold one
 
@@ -114,19 +115,21 @@ def taken_apart(
         named = _METADATA.sub(lambda found: '!' + numbers[int(found[1])], content).strip()
         numbers.append(str(int.from_bytes(sha256(named.encode()).digest()[:8], 'big') % _MOST))
         defined['!' + numbers[-1]] = f'!{numbers[-1]} = {named}\n'
-    renamed = {}
+    renamed: dict[str, str] = {}  # symbols as they stand in the text
+    own: dict[str, str] = {}
     for symbol, text, _ in values:
-        own = _OWN.match(text)
-        if own:
-            content = sha256(text.encode()).hexdigest()[:16]
-            renamed[own[1]] = f'"{symbol}.{content}"'
+        found = _OWN.match(text)
+        if found:  # numba names a text by the hash that it has in this process
+            digest = sha256(text[found.end() :].encode()).hexdigest()[:_DIGITS]
+            own[symbol] = f'{_ADDRESS if hold_addresses([symbol]) else "own"}.{digest}'
+            renamed[found[1]] = f'"{own[symbol]}"'
     for symbol, text, declares in values:
         whole = text
         if numbers and text.startswith('define'):
             whole = _METADATA.sub(lambda found: '!' + numbers[int(found[1])], text)
         for old, new in renamed.items():
             whole = whole.replace('@' + old, '@' + new)
-        (declared if declares else defined)[symbol] = whole
+        (declared if declares else defined)[own.get(symbol, symbol)] = whole
     return defined, declared
 
 
