@@ -36,7 +36,7 @@ class Simulation(physics.Simulation):
         progress: Callable[[str], None] | None = None,
     ) -> None:
         warn_if_plain()  # of the line that calls this
-        if isinstance(scene, str | Path | Mapping | bytes):
+        if not isinstance(scene, Scene):
             scene = load_scene(scene)
         super().__init__(
             scene,

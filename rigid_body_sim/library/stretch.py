@@ -320,7 +320,8 @@ def follow(
 def usual_every(ticks: int, dt_ns: int) -> int:
     """Count the ticks between rows, about USUAL, so that the last row is that of the end."""
     most = max(1, USUAL // dt_ns)
-    return next((per for per in range(most, most // 2, -1) if ticks % per == 0), most)
+    least = max(1, most // 2)  # of ticks of 4 ms one, or half of all durations end beside a row
+    return next((per for per in range(most, least - 1, -1) if ticks % per == 0), most)
 
 
 def _wrenches(answer: Any, said: str) -> Iterable[tuple[str, Wrench]]:

@@ -17,6 +17,7 @@ up to 17 digits that say as much. Missing numbers are NaN. pandas, pyarrow and x
 
 from __future__ import annotations
 
+import csv
 import os
 from collections.abc import Callable
 from importlib import import_module
@@ -164,8 +165,7 @@ def write_impacts(run: RunArrays, path: str | os.PathLike[str]) -> None:
         return
     rows = zip(*(column.tolist() for column in table.values()), strict=True)
     with replacing(place) as new, new.open('w', encoding='utf-8', newline='') as file:
-        file.write(','.join(table) + '\n')
-        file.writelines(','.join(map(str, row)) + '\n' for row in rows)
+        csv.writer(file, lineterminator='\n').writerows([table, *rows])
 
 
 def write_csv(
@@ -176,7 +176,7 @@ def write_csv(
     arrays = [*table.values()]
     place = path_of(path, said='to_csv')
     with replacing(place) as new, new.open('w', encoding='utf-8', newline='') as file:
-        file.write(','.join(table) + '\n')
+        csv.writer(file, lineterminator='\n').writerow(table)  # names with commas in quotes
         for start in range(0, len(run.time), ROWS):
             rows = np.stack([array[start : start + ROWS] for array in arrays], axis=1).tolist()
             file.writelines(','.join(map(repr, row)) + '\n' for row in rows)

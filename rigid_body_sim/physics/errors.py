@@ -3,7 +3,9 @@
 """The ways in which physics says no: before a run, and during one."""
 
 from collections.abc import Collection
+from functools import partial
 from types import TracebackType
+from typing import Any
 
 LIKENESS = 0.6  # [-] how near a known word must be to be proposed in place of an unknown one
 LONGEST_WORD = 80  # [-] letters that a message shows; a longer word resembles nothing
@@ -97,6 +99,11 @@ class SimulationDiverged(RuntimeError):
         self.cause = cause
         self.found = found
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle by its words: a pool of processes hands it to who asked, or breaks."""
+        told = {name: getattr(self, name) for name in ('body', 'tick', 'cause', 'found')}
+        return partial(type(self), **told), (), self.__dict__
+
 
 class SimulationBusy(RuntimeError):
     """A simulation was asked for something while a step of it was under way."""
@@ -107,3 +114,7 @@ class SimulationBusy(RuntimeError):
             'for this call; one simulation belongs to one thread at a time: wait for its step, or '
             'give each thread a Simulation of its own'
         )
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle without its words, which it makes itself."""
+        return type(self), (), self.__dict__

@@ -65,6 +65,10 @@ def replacing(path: Path) -> Iterator[Path]:
             'another name'
         )
     check_folder(place)
+    if place.is_dir():
+        raise UserError(
+            f'{_shown(path)}: is a folder, and a file is to be written; give the name of a file'
+        )
     new = place.with_name(f'.{place.name}.{os.getpid()}.part')
     try:
         yield new

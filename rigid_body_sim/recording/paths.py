@@ -16,7 +16,7 @@ def path_of(given: object, *, said: str) -> Path:
     """
     try:
         path = Path(given)  # type: ignore[arg-type]  # which is what it tells
-        if '\0' not in str(path):
+        if '\0' not in str(path) and given != '':
             return path
     except TypeError:
         pass

@@ -72,6 +72,10 @@ def _path_of(text: str) -> Path:
             'the name of a shipped scene is needed (YAML itself is given as bytes: '
             'load_scene(text.encode()))'
         )
+    if not text:
+        raise UserError(
+            "scene: got ''; the path of a scene file or the name of a shipped scene is needed"
+        )
     return find_scene(text)
 
 
@@ -104,7 +108,8 @@ def _text(source: str | Path | Mapping[str, Any] | bytes, title: str) -> tuple[b
         return source, title, Path()
     if not isinstance(source, str | Path):
         raise UserError(
-            f'scene: got {type(source).__name__}; a path, a mapping or bytes of YAML are needed'
+            f'scene: got {shown(source)}; the path of a scene file or the name of a shipped scene, '
+            'a mapping, or bytes of YAML are needed'
         )
     path = Path(source)
     try:

@@ -106,7 +106,24 @@ def test_what_is_odd_works_or_is_refused_in_one_line(call, tmp_path, monkeypatch
             assert str(error) and '\n' not in str(error)
 
 
-@pytest.mark.parametrize('odd', [None, 5, b'x', [1], 'a\0b', object()])
+@pytest.mark.parametrize('odd', [None, 5, b'x', [1], 'a\0b', '', object()])
 def test_what_is_no_path_is_refused_by_who_asks(odd):
     with pytest.raises(rbs.UserError, match=r'^open_bag: got .*; a path is needed'):
         rbs.open_bag(odd)
+
+
+@pytest.mark.parametrize('name', ['.', '..', '/', 'folder'])
+def test_a_folder_in_place_of_a_file_is_refused_as_one(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / 'folder').mkdir()
+    run = short()
+    for write in (run.to_csv, run.to_parquet, rbs.Simulation('two_bodies').save):
+        with pytest.raises(rbs.UserError, match='is a folder, and a file is to be written'):
+            write(name)
+
+
+@pytest.mark.parametrize('odd', [None, 3, ['satellite'], '', object()])
+def test_what_is_no_scene_is_told_what_a_scene_may_be(odd):
+    for take in (rbs.simulate, rbs.Simulation, rbs.load_scene):
+        with pytest.raises(rbs.UserError, match=r'^scene: got .*; .*name of a shipped scene'):
+            take(odd)

@@ -163,6 +163,16 @@ def test_a_row_that_is_missing_at_the_end_is_told():
     assert run.time.tolist() == pytest.approx([0, 0.3, 0.6, 0.9]) and run.end_time == 1
 
 
+@pytest.mark.parametrize('dt', [0.001, 0.002, 0.004, 0.005, 0.01])
+@pytest.mark.parametrize('duration', [0.1, 0.5, 1.5, 2.1])
+def test_rows_that_nobody_chose_end_where_the_run_ends(dt, duration):
+    with warnings.catch_warnings():
+        warnings.simplefilter('error')
+        run = rbs.simulate('satellite', duration, dt=dt)
+    assert run.time[-1] == run.end_time == duration
+    assert 0.004 <= run.time[1] <= 0.01
+
+
 def spring(stiffness):
     """A point on a spring that a step of 0.1 s does not resolve."""
     ball = rbs.make_body('ball', rbs.Particle(), mass=1, position=(1, 0, 0))
@@ -273,6 +283,23 @@ def test_a_copy_is_the_same_run_and_is_as_read_only(run, copied, tmp_path):
         with pytest.raises(ValueError, match='read-only'):
             array[0] = 1
     other.save(tmp_path / 'bag')
+
+
+@pytest.mark.parametrize(
+    'error',
+    [
+        rbs.SimulationDiverged(body='box', tick=7, cause='too stiff', found='h omega 9'),
+        SimulationBusy(),
+        rbs.InvalidModel('why', at=('bodies', 3)),
+        rbs.UserError('why'),
+        rbs.RunError('why'),
+    ],
+    ids=lambda error: type(error).__name__,
+)
+def test_what_fails_in_a_process_of_a_pool_can_be_told_to_who_asked(error):
+    told = pickle.loads(pickle.dumps(error))  # which a pool does, and else breaks or hangs
+    assert type(told) is type(error)
+    assert str(told) == str(error) and told.__dict__ == error.__dict__
 
 
 def test_a_body_that_is_not_there_is_a_key_error_with_a_proposal(run):

@@ -12,6 +12,7 @@ from pyarrow import parquet
 
 import rigid_body_sim as rbs
 from rigid_body_sim.__main__ import main
+from rigid_body_sim.library import tables
 
 QUANTITIES = {'position': 'xyz', 'orientation': 'xyzw', 'velocity': 'xyz',
               'angular_velocity': 'xyz', 'force': 'xyz', 'torque': 'xyz'}  # fmt: skip
@@ -74,6 +75,25 @@ def test_files_of_a_run_are_replaced_as_a_whole(run, tmp_path):
             write(tmp_path / 'no' / name)
     assert sorted(path.name for path in tmp_path.iterdir()) == ['run.csv', 'run.parquet']
     assert bits(pd.read_parquet(tmp_path / 'run.parquet').time) == bits(run.time)
+
+
+def test_names_with_commas_and_quotes_are_one_column_each(tmp_path):
+    name = 'a, "b"'
+    ball = rbs.make_body(name, rbs.Sphere(0.1), mass=1, position=(0, 0, 0.1), velocity=(0, 0, -1))
+    ground = rbs.make_body('ground', rbs.Plane((0, 0, 1)))
+    scene = rbs.make_scene([ground, ball], dt=0.01, contact={'mode': 'event'})
+    run = rbs.simulate(scene, 0.1)
+    run.to_csv(tmp_path / 'run.csv')
+    with (tmp_path / 'run.csv').open(newline='') as stream:
+        table = list(csv.DictReader(stream))
+    assert len(table) == len(run.time)
+    rows = [float(row[f'{name}.position.z']) for row in table]
+    assert bits(rows) == bits(run[name].position[:, 2])
+    tables.write_impacts(run, tmp_path / 'impacts.csv')
+    with (tmp_path / 'impacts.csv').open(newline='') as stream:
+        struck = list(csv.DictReader(stream))
+    assert [{row['a'], row['b']} for row in struck] == [{'ground', name}] * len(run.impacts.time)
+    assert len(struck) > 0
 
 
 def test_json_says_what_was_written(bag, tmp_path, capsys):

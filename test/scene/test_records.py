@@ -16,6 +16,7 @@ import pytest
 
 from rigid_body_sim import Simulation
 from rigid_body_sim.errors import UserError
+from rigid_body_sim.physics import simulation as physics
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.forces.elements import FORCES
 from rigid_body_sim.physics.model.scene import Body, Frame, MassFlow, Material, Motion, Scene
@@ -114,7 +115,7 @@ def test_a_scene_that_no_file_could_hold_is_refused_with_its_path(
 
 def test_no_record_is_a_scene() -> None:
     with pytest.raises(InvalidModel, match='a Scene, such as load_scene returns'):
-        Simulation(7)  # type: ignore[arg-type]
+        physics.Simulation(7)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize('ends', [('b', 'b'), ('world', 'world')])
