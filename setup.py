@@ -47,8 +47,8 @@ def console_scripts() -> list[str]:
     The scripts that are made where this installation puts them.
     """
     if FOR_WHEEL:
-        return [f'{NAME} = {NAME}.__main__:command']
-    return [f'{verb} = {NAME}.__main__:{FUNCTIONS.get(verb, verb)}' for verb in VERBS]
+        return [f'{NAME} = {NAME}.executables:command']
+    return [f'{verb} = {NAME}.executables:{FUNCTIONS.get(verb, verb)}' for verb in VERBS]
 
 
 def launchers() -> list[tuple[str, list[str]]]:

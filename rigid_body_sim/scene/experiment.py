@@ -108,8 +108,8 @@ def _text(source: str | Path | Mapping[str, Any] | bytes, title: str) -> tuple[b
         return source, title, Path()
     if not isinstance(source, str | Path):
         raise UserError(
-            f'scene: got {shown(source)}; the path of a scene file or the name of a shipped scene, '
-            'a mapping, or bytes of YAML are needed'
+            f'scene: got {shown(source)}; the path of a scene file, the name of a shipped scene, '
+            'a mapping or bytes of YAML are needed'
         )
     path = Path(source)
     try:

@@ -222,6 +222,13 @@ def _film(page: str, output: Path, settings: FilmSettings, motion: RecordedMotio
         cure = choose_from(settings.body, names)
         raise UserError(f'--body {settings.body}: the bag has no such body{cure}')
     try:
+        tempfile.gettempdir()
+    except FileNotFoundError:
+        raise UserError(
+            f'{output}: its frames need a temporary folder, and none can be written (looked for: '
+            '$TMPDIR, /tmp, /var/tmp, /usr/tmp, the present one); name one: TMPDIR=DIR'
+        ) from None
+    try:
         with tempfile.TemporaryDirectory() as folder:
             whole = Path(folder) / output.name
             film(page, whole, settings)

@@ -17,6 +17,7 @@ import select
 import shutil
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -191,6 +192,8 @@ def page(profile: Path) -> Iterator[Page]:
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
         pass_fds=(in_read, out_write),
+        # it ends without a word where $TMPDIR cannot be written; Python looks for one that can
+        env=os.environ | {'TMPDIR': tempfile.gettempdir()},
     )
     os.close(in_read)
     os.close(out_write)

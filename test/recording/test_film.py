@@ -76,6 +76,27 @@ def test_a_full_folder_of_frames_is_told_with_the_folder_and_its_cure(
 
 
 @needs_browser
+def test_a_film_is_drawn_where_the_temporary_folder_cannot_be_written(bag, tmp_path, monkeypatch):
+    monkeypatch.setenv('TMPDIR', '/proc')  # that may not be written even by root
+    words = ('--size', '200x160', '--fps', '10')
+    assert drawn(bag, tmp_path / 'run.gif', *words) == 0
+
+
+def test_a_film_without_any_temporary_folder_names_those_and_the_cure(
+    bag, tmp_path, monkeypatch, capsys
+):
+    def nowhere():
+        raise FileNotFoundError(errno.ENOENT, 'No usable temporary directory found')
+
+    monkeypatch.setattr(view, 'need_tools', lambda _output: None)
+    monkeypatch.setattr(tempfile, 'gettempdir', nowhere)
+    assert main(['view', str(bag), '-o', str(tmp_path / 'run.gif')]) == 2
+    said = capsys.readouterr().err
+    assert 'run.gif: its frames need a temporary folder, and none can be' in said
+    assert said.endswith('TMPDIR=DIR\n') and said.count('\n') == 1
+
+
+@needs_browser
 @pytest.mark.skipif(shutil.which('ffmpeg') is None, reason='no ffmpeg here')
 def test_an_mp4_lasts_as_long_as_was_asked_for(bag, tmp_path):
     words = ('--size', '200x160', '--fps', '10', '--speed', '0.5')

@@ -94,3 +94,29 @@ def test_a_pace_finds_how_many_ticks_take_its_time():
         for _ in range(40):
             pace.note(pace.ticks, pace.ticks * tick)
         assert pace.ticks == 1 or CALL / 4 <= pace.ticks * tick <= CALL * 1.01
+
+
+INTERRUPTED_IMPORT = """
+import os, signal, sys
+
+class Interrupts:
+    def find_spec(name, path=None, target=None):
+        if name == 'rigid_body_sim.stop_signals':  # one of the first that a verb needs
+            os.kill(os.getpid(), signal.SIGINT)
+
+signal.signal(signal.SIGINT, signal.default_int_handler)
+sys.meta_path.insert(0, Interrupts)
+from rigid_body_sim.executables import simulate
+sys.exit(simulate())
+"""
+
+
+def test_ctrl_c_while_an_executable_imports_its_verb_leaves_no_traceback():
+    ended = subprocess.run(
+        [sys.executable, '-c', INTERRUPTED_IMPORT],
+        env=os.environ | {'PYTHONPATH': str(ROOT)},
+        capture_output=True,
+        timeout=PATIENCE,
+        check=False,
+    )
+    assert (ended.returncode, ended.stderr) == (-signal.SIGINT, b'')  # a shell says 130
