@@ -10,7 +10,8 @@ cut out of the arrays, with their bytes as they are.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any, cast
 
 from rigid_body_sim.recording import cdr
@@ -24,6 +25,60 @@ _KINDS = (
     ('poses', cdr.POSE_ARRAY, 'pose', cdr.PoseStamped.TYPE, 56),
     ('twists', cdr.TWIST_ARRAY, 'twist', cdr.TwistStamped.TYPE, 48),
 )  # array, leaf of a body, and bytes of its doubles
+ARRAYS = {array: kind for array, kind, *_ in _KINDS}  # leaf of an array -> its type
+
+
+@dataclass(frozen=True)
+class BodyArray:
+    """
+    A topic whose messages hold all bodies, of which some are cut out.
+
+    bodies : in a message
+    width  : of the doubles of a body [byte]
+    tail   : what stands between stamp and doubles of each part (`cdr.header_tail`)
+    parts  : place of a body in scene order -> topic of its part
+    """
+
+    bodies: int
+    width: int
+    tail: bytes
+    parts: Mapping[int, Topic]
+
+    def only(self, topics: Collection[str]) -> BodyArray:
+        """Cut out no other topics than these."""
+        kept = {place: topic for place, topic in self.parts.items() if topic.name in topics}
+        return replace(self, parts=kept)
+
+    def cut(self, payload: bytes) -> Iterator[tuple[str, bytes]]:
+        """Yield topic and payload of each part of a message; CdrError."""
+        head, rows = _rows(payload, self.bodies, self.width)
+        head += self.tail
+        for place, topic in self.parts.items():
+            yield topic.name, head + rows[self.width * place : self.width * (place + 1)]
+
+
+def arrays_of(
+    bodies: Sequence[str], topics: Mapping[str, str], *, namespace: str, world_frame: str = ''
+) -> dict[str, BodyArray]:
+    """
+    Find the arrays that hold bodies without topics of their own, and what to cut out of each.
+
+    bodies : of the scene, in its order
+    topics : name -> type, of all that there are
+    """
+    found, tail = {}, cdr.header_tail(world_frame)
+    for array, array_type, leaf, kind, width in _KINDS:
+        source = node_topic(namespace, array, array_type)
+        if topics.get(source.name) != source.type:
+            continue
+        missing = {
+            place: topic
+            for place, body in enumerate(bodies)
+            if (topic := body_topic(namespace, body, leaf, kind)).name not in topics
+        }
+        if missing:
+            found[source.name] = BodyArray(len(bodies), width, tail, missing)
+    return found
 
 
 def with_every_body(bag: Bag) -> Bag:
@@ -42,23 +97,16 @@ class _BagWithEveryBody:
         self.topics: dict[str, Topic] = dict(bag.topics)
         self.counts: dict[str, int] = dict(bag.counts)
         values = RecordValues(bag.path, 'manifest', bag.manifest)
-        self._bodies = values.names('bodies')
-        self._tail = cdr.header_tail(values.text('world_frame', 'world'))
-        self._cut: dict[str, dict[int, str]] = {}  # array -> place of a body -> its topic
-        namespace = values.text('namespace', '')
-        for array, array_type, leaf, kind, _ in _KINDS:
-            source = node_topic(namespace, array, array_type)
-            if bag.topics.get(source.name) != source:
-                continue
-            missing = {
-                place: topic
-                for place, body in enumerate(self._bodies)
-                if (topic := body_topic(namespace, body, leaf, kind)).name not in bag.topics
-            }
-            self._cut[source.name] = {place: topic.name for place, topic in missing.items()}
-            for topic in missing.values():
+        self._arrays = arrays_of(
+            values.names('bodies'),
+            {name: topic.type for name, topic in bag.topics.items()},
+            namespace=values.text('namespace', ''),
+            world_frame=values.text('world_frame', 'world'),
+        )
+        for source, array in self._arrays.items():
+            for topic in array.parts.values():
                 self.topics[topic.name] = topic
-                self.counts[topic.name] = bag.counts[source.name]
+                self.counts[topic.name] = bag.counts[source]
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._bag, name)
@@ -71,7 +119,7 @@ class _BagWithEveryBody:
     @property
     def has_more(self) -> bool:
         """Whether it has a topic that the bag has not."""
-        return any(self._cut.values())
+        return bool(self._arrays)
 
     def messages(self, topics: Collection[str] | None = None) -> Iterator[RecordedMessage]:
         """Yield the messages of the given topics, all of the bag by default, in file order."""
@@ -90,32 +138,20 @@ class _BagWithEveryBody:
             yield from messages(None)
             return
         wanted = set(topics)
-        cut = {
-            array: {place: topic for place, topic in missing.items() if topic in wanted}
-            for array, missing in self._cut.items()
-        }
-        cut = {array: missing for array, missing in cut.items() if missing}
+        cut = {name: array.only(wanted) for name, array in self._arrays.items()}
+        cut = {name: array for name, array in cut.items() if array.parts}
         for message in messages(wanted | cut.keys()):
             if message.topic in wanted:
                 yield message
             if message.topic in cut:
                 yield from self._of_bodies(message, cut[message.topic])
 
-    def _of_bodies(
-        self, message: RecordedMessage, missing: dict[int, str]
-    ) -> Iterator[RecordedMessage]:
-        width = next(size for *_, kind, size in _KINDS if self._is(missing, kind))
+    def _of_bodies(self, message: RecordedMessage, array: BodyArray) -> Iterator[RecordedMessage]:
         try:
-            head, rows = _rows(message.data, len(self._bodies), width)
+            for topic, data in array.cut(message.data):
+                yield message._replace(topic=topic, data=data)
         except CdrError as error:
             raise DamagedBag(f'{self._bag.path}: damaged: {message.topic}: {error}') from error
-        head += self._tail
-        for place, topic in missing.items():
-            data = head + rows[width * place : width * (place + 1)]
-            yield message._replace(topic=topic, data=data)
-
-    def _is(self, missing: dict[int, str], kind: str) -> bool:
-        return self.topics[next(iter(missing.values()))].type == kind
 
 
 def _rows(payload: bytes, bodies: int, width: int) -> tuple[bytes, bytes]:

@@ -5,8 +5,10 @@ Listens to the states of a running node, for a page that shows them live.
 
 Of the nodes that publish poses (PoseStamped on `…/pose`), the first that has a parameter `scene`
 is the simulation; all of its topics are listened to, wherever they are remapped, and those of
-nobody else. Where that scene cannot be read here, bodies are drawn without their shapes. Where no
-node has one, bodies are whatever has a topic `NAMESPACE/<body>/pose` in one namespace.
+nobody else; bodies without topics of their own are taken from the arrays `poses` and `twists`, in
+the order of the scene. Where that scene cannot be read here, bodies are drawn without their
+shapes, and arrays, which tell no names, not at all. Where no node has one, bodies are whatever has
+a topic `NAMESPACE/<body>/pose` in one namespace.
 
 Where the node goes and comes back, or another one in its place, or its time goes back, all of this
 is done again, and another run begins.
@@ -33,6 +35,7 @@ from rigid_body_sim.errors import RunError, UserError
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.recording import cdr
+from rigid_body_sim.recording.every_body import ARRAYS, BodyArray, arrays_of
 from rigid_body_sim.recording.topic_names import own_by_kind
 from rigid_body_sim.ros import conversions
 from rigid_body_sim.ros.domain import check_domain
@@ -154,14 +157,18 @@ class StateListener:
         """Subscribe to topics on the wire, and take each as what it is: wire -> own."""
         for each in self._subscriptions:
             self._node.destroy_subscription(each)
-        poses = [own for own in names.values() if own.endswith('/pose')]
+        arrays = self._arrays_among(names)
+        cut = [topic.name for array in arrays.values() for topic in array.parts.values()]
+        own_names = [*names.values(), *cut]
+        poses = list(filter(_is_pose, own_names))
         if self.scene is not None:  # scene order, which colours follow
             order = {body.name: place for place, body in enumerate(self.scene.bodies)}
             poses.sort(key=lambda name: order.get(name.split('/')[-2], len(order)))
-        self._motion = motion = GrowingMotion(poses, names.values(), late=True)
+        self._motion = motion = GrowingMotion(poses, own_names, arrays=arrays, late=True)
+        names = {wire: own for wire, own in names.items() if own in arrays or _leaf(own) in KINDS}
         self._subscriptions = [
             self._node.create_subscription(
-                conversions.MESSAGE_TYPES[KINDS[own.rpartition('/')[2]]],
+                conversions.MESSAGE_TYPES[(KINDS | ARRAYS)[_leaf(own)]],
                 wire,
                 _taker(motion, own),
                 QoSProfile(depth=DEPTH),
@@ -169,8 +176,18 @@ class StateListener:
             )
             for wire, own in names.items()
         ]
-        self._source = next(wire for wire, own in names.items() if own.endswith('/pose'))
+        self._source = next(
+            wire for wire, own in names.items() if _is_pose(own) or _leaf(own) == 'poses'
+        )
         self._endpoints = self._endpoints_of(self._source)
+
+    def _arrays_among(self, names: dict[str, str]) -> dict[str, BodyArray]:
+        """Find the arrays that hold bodies without topics of their own."""
+        if self.scene is None:
+            return {}
+        kinds = {own: (KINDS | ARRAYS)[_leaf(own)] for own in names.values()}
+        space = next((_folder(own) for own in kinds if _leaf(own) in ARRAYS), '')
+        return arrays_of([body.name for body in self.scene.bodies], kinds, namespace=space)
 
     def _find(self) -> dict[str, str]:
         """Topics of states, wire -> own, once they stay the same for a moment."""
@@ -200,11 +217,14 @@ class StateListener:
         """Nodes that publish poses in the namespace, those first that tell twists too."""
         found = {}
         for node, wires in sorted(self._published().items()):
-            told = {wire: kind for wire, kind in wires.items() if kind in KINDS.values()}
+            known = {*KINDS.values(), *ARRAYS.values()}
+            told = {wire: kind for wire, kind in wires.items() if kind in known}
             spaces = {node.namespace.rstrip('/')}
             poses = [wire for wire in told if tells_motion(wire, told[wire]) and _is_pose(wire)]
             spaces.update(map(_space, poses))
-            if poses and (self._namespace is None or self._namespace in spaces):
+            if (poses or _array_wires(told)) and (
+                self._namespace is None or self._namespace in spaces
+            ):
                 found[node] = told
         twist = KINDS['twist']
         return dict(sorted(found.items(), key=lambda each: twist not in each[1].values()))
@@ -228,11 +248,15 @@ class StateListener:
                     f'{node.path}: remapping rules give {", ".join(sorted(lost))} names of which '
                     'nobody can tell the bodies; these are left out'
                 )
-            if any(map(_is_pose, names.values())):
+            if self.scene is not None:
+                names |= _array_wires(wires, node.namespace)
+            if any(_is_pose(own) or _leaf(own) in ARRAYS for own in names.values()):
                 return names
         every = [each for wires in found.values() for each in wires.items()]
         told = {wire for wire, kind in every if tells_motion(wire, kind)}
         spaces = [_space(wire) for wire in told if _is_pose(wire)]
+        if not spaces:
+            raise RunError(self._nobody())
         wanted = self._namespace if self._namespace in spaces else min(spaces)
         return {wire: wire for wire in sorted(told) if _space(wire) == wanted}
 
@@ -244,9 +268,9 @@ class StateListener:
             own = space in (None, node.namespace.rstrip('/'))
             if own and any(kind == cdr.POSE_ARRAY for kind in wires.values()):
                 return (
-                    f'{node.path} publishes no topic …/pose of a body, but all poses in an array: '
-                    'the live page needs topics of bodies; start it with body_topics:=NAMES, or '
-                    'record it and name its BAG'
+                    f'{node.path} publishes no topic …/pose of a body, but all poses in an array, '
+                    'and its scene, which tells whose they are, cannot be read here: start it '
+                    'with body_topics:=NAMES, or record it and name its BAG'
                 )
         return (
             f'no topic …/pose is published in {where} (looked for {FINDING:g} s): start the node, '
@@ -278,6 +302,25 @@ def _taker(motion: GrowingMotion, own: str) -> Callable[[bytes], None]:
 
 def _is_pose(topic: str) -> bool:
     return topic.endswith('/pose')
+
+
+def _leaf(topic: str) -> str:
+    return topic.rpartition('/')[2]
+
+
+def _folder(topic: str) -> str:
+    return topic.rpartition('/')[0]
+
+
+def _array_wires(wires: Wires, namespace: str = '') -> dict[str, str]:
+    """Topics of the arrays, wire -> own, of a node that publishes each of them once; else none."""
+    found = {
+        wire: f'{namespace.rstrip("/")}/{array}'
+        for array, kind in ARRAYS.items()
+        for wire, its_kind in wires.items()
+        if its_kind == kind
+    }
+    return found if len(found) == len(set(found.values())) == len(ARRAYS) else {}
 
 
 def _space(topic: str) -> str:

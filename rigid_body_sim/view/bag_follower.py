@@ -26,6 +26,7 @@ from rigid_body_sim.errors import RunError, UserError
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.recording import bag_files, mcap_file, mcap_scan
 from rigid_body_sim.recording.bag_writer import MANIFEST
+from rigid_body_sim.recording.every_body import ARRAYS, BodyArray, arrays_of
 from rigid_body_sim.recording.record_values import RecordValues
 from rigid_body_sim.recording.topic_names import own_names, read_names
 from rigid_body_sim.recording.topics import Topic
@@ -62,6 +63,7 @@ class BagFollower:
         self._channels: dict[int, Topic] = {}
         self._own: dict[str, str] = {}  # topic in the file -> that of the run
         self._names: dict[int, str] = {}  # own, of the topics that tell of the motion
+        self._manifest: RecordValues | None = None
         self._files: dict[str, bytes] = {}
         self._is_ours = False  # what our writers make: chunks hold messages alone
         self._motion: GrowingMotion | None = None
@@ -203,6 +205,7 @@ class BagFollower:
                     self._is_ours = True
                     self.about = _about(metadata.metadata)
                     values = RecordValues(self.path, 'manifest', metadata.metadata)
+                    self._manifest = values
                     self._own = own_names(read_names(values))
                     for channel_id in self._channels:  # which stand before it
                         self._name(channel_id)
@@ -216,7 +219,7 @@ class BagFollower:
         wire, kind = self._channels[channel]
         name = self._own.get(wire, wire)
         self._names.pop(channel, None)
-        if tells_motion(name, kind):
+        if tells_motion(name, kind) or ARRAYS.get(name.rpartition('/')[2]) == kind:
             self._names[channel] = name
 
     def _take_message(self, message: mcap_scan.Message) -> None:
@@ -224,12 +227,22 @@ class BagFollower:
         if name is None:
             return
         if self._motion is None:
-            names = self._names.values()
+            arrays = self._arrays()
+            cut = [topic.name for array in arrays.values() for topic in array.parts.values()]
+            names = [*self._names.values(), *cut]
             poses = [each for each in names if each.endswith('/pose')]
             if not poses:
                 raise self._without_poses()
-            self._motion = GrowingMotion(poses, names)
+            self._motion = GrowingMotion(poses, names, arrays=arrays)
         self._motion.take(name, message.data)
+
+    def _arrays(self) -> dict[str, BodyArray]:
+        """Find the arrays that hold bodies without topics of their own."""
+        values = self._manifest
+        if values is None or not values.text('bodies', ''):
+            return {}
+        kinds = {name: self._channels[number].type for number, name in self._names.items()}
+        return arrays_of(values.names('bodies'), kinds, namespace=values.text('namespace', ''))
 
     def _without_poses(self) -> RunError:
         return RunError(

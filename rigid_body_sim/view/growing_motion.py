@@ -7,7 +7,8 @@ An instant is a stamp. It is whole when every body has its pose and, as far as t
 it, its twist; those that are never whole, because somebody began to listen in the middle, are left
 out. Contacts are told of bodies that have some, before the states of their tick: who hears them
 in another order (`late`) waits for a later instant before one goes out. Impacts have instants of
-their own: they go out as they came.
+their own: they go out as they came. Bodies without topics of their own are cut out of an array of
+all, at the instants that go out.
 
 On a topic of one run stamps never go back. Where one does, another run has begun, as of a node
 that was started again or of a player in a loop: what came before it is forgotten.
@@ -15,9 +16,10 @@ that was started again or of a player in a loop: what came before it is forgotte
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import fields
 from struct import Struct
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +29,7 @@ from rigid_body_sim.analysis.recorded_impacts import impacts_of
 from rigid_body_sim.physics.state import impacts
 from rigid_body_sim.physics.state.impacts import Impacts
 from rigid_body_sim.recording import cdr
+from rigid_body_sim.recording.every_body import BodyArray
 from rigid_body_sim.recording.impact_packing import impact_points
 from rigid_body_sim.view.recorded_motion import RecordedMotion, Track, track_of
 
@@ -59,15 +62,26 @@ class GrowingMotion:
     others : topics of twists, applied wrenches, contacts and impacts, as far as there are any;
              what comes on a topic that is named nowhere here, or on the twist of a body without
              pose, is left out
+    arrays : topics that hold bodies which have none of their own, and what to cut out of them;
+             their poses are among `poses`
     late   : whether contacts may come behind the states of their tick
     run    : how often the run that was heard has begun anew
     """
 
-    def __init__(self, poses: Iterable[str], others: Iterable[str], *, late: bool = False) -> None:
+    def __init__(
+        self,
+        poses: Iterable[str],
+        others: Iterable[str],
+        *,
+        arrays: Mapping[str, BodyArray] = MappingProxyType({}),
+        late: bool = False,
+    ) -> None:
+        self._arrays = arrays
+        cut = {topic.name for array in arrays.values() for topic in array.parts.values()}
         self.poses = list(poses)
-        others = set(others)
+        others = {*others, *cut}
         self._twists = {name for name in map(_twist, self.poses) if name in others}
-        self._needed = {*self.poses, *self._twists}
+        self._needed = {*self.poses, *self._twists, *arrays} - cut
         self._others = others
         self._tells_contacts = any(name.endswith(f'/{CONTACTS}') for name in others)
         self._late = late and self._tells_contacts
@@ -119,7 +133,7 @@ class GrowingMotion:
         shown = stamps[:: -(-len(stamps) // most)]
         if shown[-1] != stamps[-1]:
             shown.append(stamps[-1])
-        rows = [self._waiting[stamp] for stamp in shown]
+        rows = [self._opened(self._waiting[stamp]) for stamp in shown]
         self._waiting = {t: found for t, found in self._waiting.items() if t > self._last}
         wrenches, self._wrenches = self._wrenches, {}
         touching = tuple(self._touching(stamp) for stamp in shown)
@@ -139,6 +153,13 @@ class GrowingMotion:
             touching=touching if self._tells_contacts else None,
             impacts=struck if self._tells_impacts else None,
         )
+
+    def _opened(self, found: dict[str, bytes]) -> dict[str, bytes]:
+        """Give the messages of an instant with those that are cut out of arrays."""
+        if not self._arrays:
+            return found
+        cut = (array.cut(found[topic]) for topic, array in self._arrays.items())
+        return found | {topic: data for parts in cut for topic, data in parts}
 
     def _touching(self, stamp: int) -> dict[str, Array]:
         """Read the contacts of an instant, by body."""

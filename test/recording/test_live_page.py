@@ -97,6 +97,29 @@ def test_what_is_followed_is_what_is_in_the_bag_wherever_the_file_ends_meanwhile
             assert np.array_equal(getattr(track, name), getattr(wanted, name)[places])
 
 
+@pytest.mark.parametrize('named', ['none', 'box_2,box_9', '*'])
+def test_bodies_that_stand_in_arrays_alone_are_followed_as_the_whole_bag_has_them(tmp_path, named):
+    parser = argparse.ArgumentParser()
+    simulate.add_arguments(parser)
+    words = ['--arrays', '--body-topics', named, '--duration', '0.5', '--json']
+    whole = tmp_path / 'whole'
+    assert simulate.run(parser.parse_args(['stack', '-o', str(whole), *words])) == 0
+    content = next(whole.glob('*.mcap')).read_bytes()
+    writing = Writing(tmp_path, content)
+    writing.up_to(0.9)
+    follower = BagFollower(writing.path)
+    blocks = [follower.begin()]
+    writing.up_to(1.0)
+    blocks += filter(None, [follower.more()])
+    followed, read = joined(blocks), read_motion(Bag(whole), samples=10**6)
+    assert len(followed.tracks) == 11 and follower.title == 'stack'
+    expected = {track.name: track for track in read.tracks}
+    for track in followed.tracks:
+        for name in ('time', 'position', 'orientation', 'velocity', 'angular_velocity'):
+            found, kept = getattr(track, name), getattr(expected[track.name], name)
+            assert found.tobytes() == kept.tobytes()
+
+
 def test_what_is_no_bag_that_goes_on_is_refused(tmp_path):
     (tmp_path / 'note.txt').write_text('no bag')
     follower, begun = BagFollower(tmp_path / 'note.txt'), time.monotonic()

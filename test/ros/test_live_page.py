@@ -117,13 +117,31 @@ def test_what_others_publish_is_no_part_of_the_page(start_node, meet):
     peer.node.destroy_publisher(target)
 
 
-def test_a_node_that_publishes_arrays_alone_is_named_with_the_cure(start_node, meet, monkeypatch):
-    monkeypatch.setattr(state_listener, 'FINDING', 5.0)
+@pytest.mark.parametrize('named', ['none', 'stone'])
+def test_bodies_without_topics_of_their_own_are_seen_from_the_arrays(start_node, meet, named):
+    node = start_node(body_topics=named, publish_arrays='true')
+    meet(node).be_known()
+    with heard(node, 20) as (motion, listener):
+        scene = load_scene(node.folder / 'laboratory.yaml')
+        assert listener.title == scene.name
+    assert names_of(motion) == [body.name for body in scene.bodies]
+    for track, body in zip(motion.tracks, scene.bodies, strict=True):
+        assert np.array_equal(track.time, track.twist_time) and len(track.time) >= 20
+        assert np.all(track.position == body.initial.position)
+        # of unit length, to round-off
+        assert np.allclose(track.orientation, body.initial.orientation, rtol=0, atol=1e-15)
+        assert not track.velocity.any()
+
+
+def test_arrays_of_a_scene_that_cannot_be_read_here_are_told_with_the_cure(
+    start_node, meet, monkeypatch
+):
     node = start_node(body_topics='none', publish_arrays='true')
     meet(node).be_known()
+    (node.folder / 'laboratory.yaml').unlink()
     with (
         StateListener(node.namespace) as listener,
-        pytest.raises(RunError, match=r'rigid_body_sim publishes no topic .* body_topics:='),
+        pytest.raises(RunError, match=r'poses in an array, and its scene.* body_topics:='),
     ):
         listener.begin()
 
