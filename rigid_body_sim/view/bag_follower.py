@@ -9,10 +9,13 @@ before the first message, so that the first look knows what to draw.
 A run may be written faster than anybody can read it. Of more than a look may interpret, chunks are
 stepped over evenly, the newest never: in bags of ours, where they hold messages alone; in others
 names of topics may stand in any chunk, and a look goes only as far as it may.
+
+Where another file has come in its place, another run begins.
 """
 
 from __future__ import annotations
 
+import os
 import struct
 import time
 from pathlib import Path
@@ -41,6 +44,7 @@ LOOK = 0.1  # [s] between looks for that
 MOST_AT_FIRST, MOST_AT_ONCE = 2000, 25  # instants of what was there, and of each look
 FIRST_LOOK, LATER_LOOK = 1 << 26, 1 << 22  # [byte] that are interpreted at once: 2 s, 0.1 s
 BUFFER = 1 << 16  # [byte]
+HEAD = 1 << 12  # [byte] by which a file is known again: of ours with parts of its manifest
 _FRAME = Struct('<BQ')
 
 
@@ -50,14 +54,23 @@ class BagFollower:
 
     scene, title, about : known after `begin`
     ended               : whether the writer has closed it
-    run                 : how often its time went back, as of a bag of a player in a loop
+    run                 : how often its time went back, as of a bag of a player in a loop, or
+                          another file came in its place
     """
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        self._runs_before = 0  # of files that were here before this one
+        self._missed_since: float | None = None
+        self._begin_file()
+
+    def _begin_file(self) -> None:
+        """Know nothing of the file that is there."""
         self.scene: Scene | None = None
-        self.title, self.about = path.name, ''
+        self.title, self.about = self.path.name, ''
         self.ended = False
+        self._node: tuple[int, int] | None = None  # of the file system
+        self._head = b''
         self._position = len(mcap_file.MAGIC)
         self._types: dict[int, str] = {}
         self._channels: dict[int, Topic] = {}
@@ -71,7 +84,7 @@ class BagFollower:
     @property
     def run(self) -> int:
         """Which run it is that is shown."""
-        return 0 if self._motion is None else self._motion.run
+        return self._runs_before + (0 if self._motion is None else self._motion.run)
 
     def begin(self) -> RecordedMotion:
         """
@@ -115,7 +128,46 @@ class BagFollower:
 
     def more(self) -> RecordedMotion | None:
         """Give what came since the last call."""
-        return None if self.ended else self._look(MOST_AT_ONCE, LATER_LOOK)
+        file = self._file()
+        if file is None:
+            self._miss()
+            return None
+        self._missed_since = None
+        if self._is_another(file):
+            run = self.run
+            self._begin_file()
+            self._runs_before = run + 1
+        if self.ended:
+            return None
+        is_new = self._motion is None
+        limits = (MOST_AT_FIRST, FIRST_LOOK) if is_new else (MOST_AT_ONCE, LATER_LOOK)
+        block = self._look(*limits)
+        if is_new and block is not None:
+            self._learn_scene()
+        return block
+
+    def _miss(self) -> None:
+        """Wait for another run where the file went before it was whole; RunError: none came."""
+        if self.ended:
+            return
+        now = time.monotonic()
+        self._missed_since = now if self._missed_since is None else self._missed_since
+        if now - self._missed_since > BEGINNING:
+            raise RunError(
+                f'{self.path}: is no longer there, and no run made it anew within {BEGINNING:g} s'
+            )
+
+    def _is_another(self, file: Path) -> bool:
+        """Tell whether this is not the file that was looked at before."""
+        if self._node is None:
+            return False
+        try:
+            with file.open('rb', buffering=0) as stream:
+                status, head = os.fstat(stream.fileno()), stream.read(len(self._head))
+        except FileNotFoundError:  # it goes just now
+            return False
+        grown = status.st_size >= self._position and head == self._head
+        return not grown or (status.st_dev, status.st_ino) != self._node
 
     def _file(self) -> Path | None:
         """Find the file; None while there is none yet."""
@@ -130,9 +182,11 @@ class BagFollower:
         """Interpret about so many bytes of what came, and give so many instants of them."""
         file = self._file()
         if file is None:
-            raise RunError(f'{self.path}: is no longer there')
+            return None
         with file.open('rb', buffering=BUFFER) as stream:
-            size = stream.seek(0, 2)
+            status = os.fstat(stream.fileno())
+            self._node, size = (status.st_dev, status.st_ino), status.st_size
+            self._head = stream.read(HEAD)
             stream.seek(0)
             if not mcap_file.MAGIC.startswith(stream.read(len(mcap_file.MAGIC))):
                 raise UserError(f'{file}: not a bag: does not start as an MCAP file')

@@ -263,12 +263,11 @@ def serve(source: Source, *, port: int) -> int:
 def _go_on(run: LiveRun) -> None:
     waiting = threading.Event()
     while not STOP.number:
-        if not run.ended:
-            try:
-                run.look()
-            except Stopped:  # while it waited for another run
-                return
-            except RunError:
-                run.stop()
-                raise
+        try:
+            run.look()  # also of what has ended: another run may come in its place
+        except Stopped:  # while it waited for another run
+            return
+        except RunError:
+            run.stop()
+            raise
         waiting.wait(LOOK)

@@ -7,6 +7,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import http.client
+import shutil
 import signal
 import socket
 import struct
@@ -118,6 +119,52 @@ def test_bodies_that_stand_in_arrays_alone_are_followed_as_the_whole_bag_has_the
         for name in ('time', 'position', 'orientation', 'velocity', 'angular_velocity'):
             found, kept = getattr(track, name), getattr(expected[track.name], name)
             assert found.tobytes() == kept.tobytes()
+
+
+@pytest.mark.parametrize('part', [0.5, 1.0])
+@pytest.mark.parametrize('how', ['moved', 'removed', 'overwritten'])
+def test_another_run_begins_where_another_bag_comes_in_its_place(written, tmp_path, part, how):
+    content, _ = written
+    parser = argparse.ArgumentParser()
+    simulate.add_arguments(parser)
+    other = tmp_path / 'other'
+    words = ['satellite', '-o', str(other), '--duration', '1', '--json']
+    assert simulate.run(parser.parse_args(words)) == 0
+    writing = Writing(tmp_path, content)
+    writing.up_to(part)
+    follower = BagFollower(writing.path)
+    run = live_server.LiveRun(follower)
+    first = run.name
+    if how == 'moved':
+        writing.path.rename(tmp_path / 'away')
+        other.rename(writing.path)
+    elif how == 'removed':
+        shutil.rmtree(writing.path)
+        run.look()  # nothing is there: another run may come
+        other.rename(writing.path)
+    else:
+        (writing.path / 'bag_0.mcap').write_bytes(next(other.glob('*.mcap')).read_bytes())
+    run.look()
+    assert (run.name != first, follower.title) == (True, 'satellite')
+    assert follower.scene is not None and follower.scene.name == 'satellite'
+    assert '<title>satellite' in run.page() and run.ended
+    run.look()
+    assert run.after(first, 1) is None  # which lets the page of the first load itself anew
+
+
+def test_a_bag_that_goes_before_it_is_whole_is_waited_for_and_then_missed(
+    written, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(bag_follower, 'BEGINNING', 0.3)
+    writing = Writing(tmp_path, written[0])
+    writing.up_to(0.5)
+    follower = BagFollower(writing.path)
+    follower.begin()
+    shutil.rmtree(writing.path)
+    assert follower.more() is None
+    time.sleep(0.4)
+    with pytest.raises(RunError, match='no longer there, and no run made it anew within'):
+        follower.more()
 
 
 def test_what_is_no_bag_that_goes_on_is_refused(tmp_path):
