@@ -28,21 +28,29 @@ def drawn_part(motion: RecordedMotion, *, name: str) -> RecordedMotion:
 
     name : of the run, for the UserError where there is no such instant
     """
+    part = until_beyond(motion)
+    if part.beyond is not None and not all(len(track.time) for track in part.tracks):
+        raise UserError(
+            f'{name}: nothing of it can be drawn: at its first instant, {part.beyond:g} s, a body '
+            f'is or moves beyond {MOST:g} m, m/s or rad/s; look at its numbers (`inspect`, '
+            '`export`)'
+        )
+    return part
+
+
+def until_beyond(motion: RecordedMotion) -> RecordedMotion:
+    """Do the same of a stretch of a run, of which nothing may be left."""
     beyond = min(_first_beyond(track) for track in motion.tracks)
     if beyond == np.inf:
         return motion
     tracks = tuple(_before(track, beyond) for track in motion.tracks)
-    if not all(len(track.time) for track in tracks):
-        raise UserError(
-            f'{name}: nothing of it can be drawn: at its first instant, {beyond:g} s, a body is '
-            f'or moves beyond {MOST:g} m, m/s or rad/s; look at its numbers (`inspect`, `export`)'
-        )
-    loads, impacts = motion.loads, motion.impacts
+    loads, touching, impacts = motion.loads, motion.touching, motion.impacts
     return replace(
         motion,
         tracks=tracks,
         command_time=motion.command_time[motion.command_time < beyond],
         loads=loads and {body: _load_before(load, beyond) for body, load in loads.items()},
+        touching=touching and touching[: len(tracks[0].time)],  # an entry for each instant
         impacts=None if impacts is None else impacts[impacts.time < beyond],
         beyond=beyond,
     )

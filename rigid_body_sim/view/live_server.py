@@ -20,6 +20,7 @@ import base64
 import json
 import secrets
 import threading
+from dataclasses import replace
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any, Protocol
@@ -28,6 +29,7 @@ from urllib.parse import parse_qs, urlsplit
 from rigid_body_sim.errors import RunError, UserError
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.stop_signals import STOP, Stopped
+from rigid_body_sim.view.drawn_part import drawn_part, until_beyond
 from rigid_body_sim.view.growing_motion import joined, size_of, thinned
 from rigid_body_sim.view.page_record import Look, more_of
 from rigid_body_sim.view.playback_page import live_page
@@ -85,6 +87,8 @@ class LiveRun:
 
     def _begin(self, block: RecordedMotion) -> None:
         """Begin a run with its first block."""
+        block = drawn_part(block, name=self.source.title)
+        self._beyond = block.beyond
         self.name = secrets.token_hex(8)
         self._run = self.source.run
         self._blocks = [block]
@@ -99,15 +103,25 @@ class LiveRun:
             if block is not None and self.source.run != self._run:
                 self._begin(block)
             elif block is not None:
-                self._blocks.append(block)
-                self._numbers.append(self._numbers[-1] + 1)
-                self.size += size_of(block)
-                if self.size > MOST_BYTES and len(self._blocks) > 2 * YOUNGEST:
-                    self._thin()
+                self._take(block)
             # not before its last block is here, or who streams would end without it
             self._is_whole = self.source.ended
             if block is not None or self._is_whole:
                 self._changed.notify_all()
+
+    def _take(self, block: RecordedMotion) -> None:
+        """Put a block behind the others; of a run that diverges what can be drawn of it."""
+        if self._beyond is not None:
+            return
+        block = until_beyond(block)
+        self._beyond = block.beyond
+        if not all(len(track.time) for track in block.tracks):
+            return
+        self._blocks.append(block)
+        self._numbers.append(self._numbers[-1] + 1)
+        self.size += size_of(block)
+        if self.size > MOST_BYTES and len(self._blocks) > 2 * YOUNGEST:
+            self._thin()
 
     def _thin(self) -> None:
         """Make one block of the older ones, with as many instants as half of the room takes."""
@@ -128,11 +142,15 @@ class LiveRun:
         """Write the page of all that has come."""
         with self._changed:
             blocks, told, name = list(self._blocks), self._numbers[-1], self.name
-            source = self.source
+            source, beyond = self.source, self._beyond
             scene, title = source.scene, source.title
             about = ' · '.join(filter(None, (source.about, 'live')))
         page, _ = live_page(
-            joined(blocks), scene, title=title, about=about, live={'told': told, 'run': name}
+            replace(joined(blocks), beyond=beyond),
+            scene,
+            title=title,
+            about=about,
+            live={'told': told, 'run': name},
         )
         return page
 

@@ -57,7 +57,7 @@ def playback_page(
     bag    : contact forces come from it, where it holds them
     """
     record, numbers, _ = page_record(motion, scene, energy=energy, bag=bag)
-    caption = ' '.join(filter(None, (note_of(motion), expected_outcome(scene))))
+    caption = _caption(motion, scene)
     return _page(record, numbers, title, about, caption)
 
 
@@ -76,7 +76,12 @@ def live_page(
     """
     record, numbers, look = page_record(motion, scene, live=True)
     record['live'] = dict(live or {})
-    return _page(record, numbers, title, about, expected_outcome(scene)), look
+    return _page(record, numbers, title, about, _caption(motion, scene)), look
+
+
+def _caption(motion: RecordedMotion, scene: Scene | None) -> str:
+    """Say how far a run is drawn, and what should come out."""
+    return ' '.join(filter(None, (note_of(motion), expected_outcome(scene))))
 
 
 def expected_outcome(scene: Scene | None) -> str:

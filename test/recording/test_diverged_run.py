@@ -12,7 +12,9 @@ import pytest
 import rigid_body_sim as rbs
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.recording.bag_reader import Bag
+from rigid_body_sim.view.bag_follower import BagFollower
 from rigid_body_sim.view.drawn_part import MOST, drawn_part, note_of
+from rigid_body_sim.view.live_server import LiveRun
 from rigid_body_sim.view.recorded_motion import RecordedMotion, Track, read_motion
 
 from ..pages import PageOf
@@ -51,6 +53,27 @@ def test_a_run_that_diverged_is_drawn_up_to_where_its_numbers_can_be(
         assert np.isfinite(page.series(name)).all(), name
     assert 'the run diverged, and later instants' in (tmp_path / 'run.html').read_text()
     assert 'the run diverged' in rbs.open_bag(diverged)._repr_html_()
+
+
+@pytest.mark.filterwarnings('error')
+def test_the_live_page_of_a_run_that_diverges_ends_where_its_numbers_can_be_drawn(
+    diverged: Path, tmp_path: Path
+) -> None:
+    content = next(diverged.glob('*.mcap')).read_bytes()
+    (tmp_path / 'live').mkdir()
+    file = tmp_path / 'live' / 'live_0.mcap'
+    file.write_bytes(content[: len(content) // 4])  # the bag grows by the end of the numbers
+    run = LiveRun(BagFollower(tmp_path / 'live'))
+    for _ in range(2):  # what comes behind the end is left out, too
+        file.write_bytes(content)
+        run.look()
+    (tmp_path / 'run.html').write_text(run.page())
+    page = PageOf(tmp_path / 'run.html')
+    for name in page['series']:
+        assert np.isfinite(page.series(name)).all(), name
+    whole = read_motion(Bag(diverged), samples=2000)
+    assert 0 < page.times[-1] < whole.tracks[0].time[-1]
+    assert 'the run diverged, and later instants' in run.page()
 
 
 def motion_of(places: list[float]) -> RecordedMotion:
