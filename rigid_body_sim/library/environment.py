@@ -59,6 +59,11 @@ def turning_less(state: StateOfBody, action: Array) -> float:
     return -float(spin @ spin) - 0.01 * float(action @ action)
 
 
+def never(_state: StateOfBody) -> bool:
+    """Terminate at no state."""
+    return False
+
+
 def _number(said: str, value: Any, *, unit: str, minimum: float) -> float:
     try:
         return number(value, unit=unit, minimum=minimum)
@@ -101,7 +106,7 @@ class BodyEnv(Env):
         duration: float = 10.0,
         reach: float = 1e6,
         reward: Reward = turning_less,
-        terminated: Callable[[StateOfBody], bool] = lambda _state: False,
+        terminated: Callable[[StateOfBody], bool] = never,
         start: Start | None = None,
         integrator: str | Mapping[str, Any] | None = None,
     ) -> None:

@@ -116,6 +116,11 @@ class Simulation:
     ) -> None:
         warn_if_plain()
         check_record(scene)
+        if progress is not None and not callable(progress):
+            raise InvalidModel(
+                f'progress: got {shown(progress)}; a function of a short text, such as print, is '
+                'needed, or None (a bar is shown by run(…, progress=True))'
+            )
         self._scene = scene
         self._dt_ns = scene.dt_ns if dt is None else tick_nanoseconds(dt)
         self._dt = self._dt_ns / 1e9

@@ -7,12 +7,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from rigid_body_sim.physics.model.scene import Vector
 
 NO_VECTOR: Vector = (0.0, 0.0, 0.0)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Wrench:
     """
     Force at the origin of a frame and torque, along the axes of the frame.
@@ -27,3 +29,15 @@ class Wrench:
     force: Sequence[float] = NO_VECTOR
     torque: Sequence[float] = NO_VECTOR
     frame: str = 'world'
+
+    def __eq__(self, other: object) -> bool:
+        """Compare the numbers, whether they stand in tuples, lists or arrays."""
+        if not isinstance(other, Wrench):
+            return NotImplemented
+        return self.frame == other.frame and all(
+            np.array_equal(a, b)
+            for a, b in ((self.force, other.force), (self.torque, other.torque))
+        )
+
+    def __hash__(self) -> int:
+        return hash((*self.force, *self.torque, self.frame))

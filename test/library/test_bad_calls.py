@@ -127,3 +127,9 @@ def test_what_is_no_scene_is_told_what_a_scene_may_be(odd):
     for take in (rbs.simulate, rbs.Simulation, rbs.load_scene):
         with pytest.raises(rbs.UserError, match=r'^scene: got .*; .*name of a shipped scene'):
             take(odd)
+
+
+@pytest.mark.parametrize('odd', [True, 3, 'x'])
+def test_a_progress_that_cannot_be_called_is_refused_before_it_is_needed(odd):
+    with pytest.raises(rbs.InvalidModel, match=r'^progress: got .*; a function of a short text'):
+        rbs.Simulation('satellite', progress=odd)

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What `import rigid_body_sim as rbs` offers: names, rotations, notebooks, an environment."""
 
+import pickle
 import subprocess
 import sys
 import time
@@ -146,6 +147,15 @@ def test_a_notebook_plays_a_run_in_a_frame_of_its_own(run, bag, tab, tmp_path):
         time.sleep(0.2)
     assert tab.evaluate(ready) > 1  # the bodies, and the plots beside them
     assert 'srcdoc=' in rbs.open_bag(bag)._repr_html_()
+
+
+def test_an_environment_pickles_and_goes_on_with_the_same_bits():
+    env = rbs.BodyEnv('satellite', 'satellite', torque=0.5, every=0.1)
+    env.reset(seed=1)
+    other = pickle.loads(pickle.dumps(env))
+    action = np.array([0.5, -1.0, 0.0])
+    for _ in range(3):
+        assert env.step(action)[0].tobytes() == other.step(action)[0].tobytes()
 
 
 @pytest.mark.filterwarnings('error')

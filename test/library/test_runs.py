@@ -302,6 +302,15 @@ def test_what_fails_in_a_process_of_a_pool_can_be_told_to_who_asked(error):
     assert str(told) == str(error) and told.__dict__ == error.__dict__
 
 
+def test_wrenches_are_equal_where_their_numbers_are():
+    push = rbs.Wrench(np.array([1.0, 0, 0]), frame='body')
+    assert {'box': push} == {'box': rbs.Wrench((1, 0, 0), [0, 0, 0], 'body')}
+    assert hash(push) == hash(rbs.Wrench((1, 0, 0), frame='body'))
+    for other in (rbs.Wrench((1, 0, 0)), rbs.Wrench((1, 0, 1), frame='body'), (1, 0, 0), None):
+        assert push != other
+    assert push != rbs.Wrench((1, 0, 0), (0, 0, 1), frame='body')
+
+
 def test_a_body_that_is_not_there_is_a_key_error_with_a_proposal(run):
     with pytest.raises(KeyError, match=r"^no body is named 'becon'; did you mean 'beacon'\?"):
         run['becon']
