@@ -15,6 +15,7 @@ from __future__ import annotations
 import argparse
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -22,6 +23,7 @@ from pathlib import Path
 from rigid_body_sim.errors import RunError, UserError
 from rigid_body_sim.physics.compile import kernels
 from rigid_body_sim.physics.compile.kernels import warn_if_plain
+from rigid_body_sim.recording.new_output import not_written
 from rigid_body_sim.runs.simulation_of_scene import simulation_of
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.scene.shipped_scenes import find_scene, shipped_scenes
@@ -60,6 +62,8 @@ def run(arguments: argparse.Namespace) -> int:
         )
     if kernels.CACHE is None and arguments.bitcode is None:
         raise UserError('no folder takes kernels: set RIGID_BODY_SIM_CACHE to one of your own')
+    if arguments.bitcode is not None:
+        _check_folder(arguments.bitcode)
     if arguments.jobs < 1:
         raise UserError(f'--jobs {arguments.jobs}: must be 1 or more')
     scenes = arguments.scene or sorted(shipped_scenes())
@@ -75,6 +79,21 @@ def run(arguments: argparse.Namespace) -> int:
     if failed:
         raise RunError(f'not made ready: {", ".join(map(printable, failed))}')
     return 0
+
+
+def _check_folder(folder: Path) -> None:
+    """Refuse before minutes are spent: a scene in place of a folder, one that takes nothing."""
+    if folder.is_file() or (str(folder) in shipped_scenes() and not folder.exists()):
+        raise UserError(
+            f'--bitcode {folder}: a folder is needed, and this is a scene; put the scene first: '
+            f'warm_up {folder} --bitcode'
+        )
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise not_written(folder, error, 'name a folder of your own: --bitcode FOLDER') from None
 
 
 def _make_ready(asked: str, integrator: str | None, bitcode: Path | None) -> None:

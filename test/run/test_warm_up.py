@@ -80,6 +80,24 @@ def test_what_cannot_be_made_ready_is_said_before_anything_is(tmp_path, verb):
         assert said in line
 
 
+def test_a_scene_or_a_folder_that_takes_nothing_in_place_of_that_of_bitcode_is_said_at_once(
+    tmp_path, verb, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(kernels, 'COMPILED', True)
+    (tmp_path / 'mine.yaml').write_text('version: 1')
+    for words, said in (
+        (('satellite',), 'this is a scene; put the scene first: warm_up satellite --bitcode'),
+        (('mine.yaml',), 'this is a scene; put the scene first: warm_up mine.yaml --bitcode'),
+        (('/proc/here', 'satellite'), 'cannot be written: '),
+        (('/proc', 'satellite'), 'cannot be written: '),
+    ):
+        code, out, err = verb('warm_up', '--bitcode', *words)
+        assert (code, out, err.count('\n')) == (2, '', 1)
+        assert said in err
+    assert not (tmp_path / 'satellite').exists()
+
+
 @pytest.fixture(scope='module')
 def shipped(tmp_path_factory):
     """A folder of bitcode, with that of the probe and of a kernel."""
