@@ -83,10 +83,10 @@ def _decomposed(mesh: Mesh, concavity: float) -> bytes:
 def _cache_file(mesh: Mesh, concavity: float) -> Path | None:
     """Where the parts of a mesh are kept; None where there is no place."""
     environment = os.environ
+    shared = environment.get('XDG_CACHE_HOME', '')
     folders = [
         environment.get('RIGID_BODY_SIM_CACHE'),
-        environment.get('XDG_CACHE_HOME', '')
-        and f'{environment["XDG_CACHE_HOME"]}/rigid_body_sim',
+        Path(shared).is_absolute() and f'{shared}/rigid_body_sim',  # else it counts as not set
         environment.get('HOME', '') and f'{environment["HOME"]}/.cache/rigid_body_sim',
     ]
     folder = next(filter(None, folders), None)

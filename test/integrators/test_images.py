@@ -35,6 +35,7 @@ from rigid_body_sim.physics.compile.kernel import Kernel
 from rigid_body_sim.physics.compile.probe import PROBED, agrees, probe, probe_arguments
 from rigid_body_sim.physics.compile.processors import processor
 from rigid_body_sim.physics.compile.wanted import Wanted, release_of
+from rigid_body_sim.scene import convex_parts, load_scene
 
 from ..patience import HANGING
 
@@ -120,6 +121,21 @@ def test_a_cache_that_cannot_be_written_costs_time_and_no_bit(expected, tmp_path
     nowhere = dict.fromkeys(('NUMBA_CACHE_DIR', 'XDG_CACHE_HOME', 'HOME'), str(blocked))
     code = RUN + 'from rigid_body_sim.physics.compile.kernels import CACHE; print(CACHE)'
     assert run(blocked, code, **nowhere) == ['True', expected[1], 'None']
+
+
+@pytest.mark.parametrize('relative', ['', 'cache', './cache', '~/cache'])
+def test_a_cache_home_that_is_no_absolute_path_counts_as_not_set(relative, tmp_path, monkeypatch):
+    """As the XDG base directory specification asks: else a folder would lie wherever one works."""
+    for name in ('RIGID_BODY_SIM_CACHE', 'NUMBA_CACHE_DIR'):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv('HOME', str(tmp_path))
+    monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path / 'shared'))
+    at_home = tmp_path / '.cache' / 'rigid_body_sim'
+    assert kernels._cache_candidates() == [tmp_path / 'shared' / 'rigid_body_sim', at_home]
+    monkeypatch.setenv('XDG_CACHE_HOME', relative)
+    assert kernels._cache_candidates() == [at_home]
+    mesh = load_scene('tetrahedron').bodies[0].shape
+    assert convex_parts._cache_file(mesh, 0.05).is_relative_to(at_home)
 
 
 @pytest.mark.long  # in the short form, the workers of the suite do

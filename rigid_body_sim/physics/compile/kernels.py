@@ -76,7 +76,7 @@ def _cache_candidates() -> list[Path]:
     environment = os.environ
     named = [environment.get('RIGID_BODY_SIM_CACHE'), environment.get('NUMBA_CACHE_DIR')]
     candidates = [Path(name) for name in named if name]
-    if environment.get('XDG_CACHE_HOME'):
+    if Path(environment.get('XDG_CACHE_HOME', '')).is_absolute():  # else it counts as not set
         candidates.append(Path(environment['XDG_CACHE_HOME']) / 'rigid_body_sim')
     if environment.get('HOME'):
         candidates.append(Path(environment['HOME']) / '.cache' / 'rigid_body_sim')
