@@ -183,6 +183,29 @@ def test_work_of_a_deck_is_the_energy_of_what_it_lifts():
     assert balance.gain is None  # the scene is driven
 
 
+def test_the_balance_has_the_work_of_a_belt_once_where_another_one_comes_to_its_load_in_the_tick():
+    """
+    W = -F u dt of the belt, though the tick is made anew for its load: a fast ball turns back at a
+    wall, and meets the load in a later piece of its tick.
+    """
+    fast = {'restitution': 1.0, 'friction': 0.0}
+    for gap in (0.005, 0.02, 0.04):
+        belt = {'name': 'belt', 'shape': DECK, 'fixed': True, 'surface_velocity': [0, 3, 0],
+                'initial': {'position': [0, 0, -0.1]}}  # fmt: skip
+        load = free(velocity=(0, -2, 0), mass=2.0)
+        ball = {'name': 'ball', 'shape': BALL, 'mass': 0.2, **fast,
+                'initial': {'position': [0.23, 0, 0.15], 'velocity': [40, 0, 0]}}  # fmt: skip
+        wall = {'name': 'wall', 'shape': SLAB, 'fixed': True, **fast,
+                'initial': {'position': [1.33 + gap, 0, 0.15]}}  # fmt: skip
+        sim = simulation(belt, load, ball, wall)
+        sim.keep_energy_balance()
+        sim.step()
+        assert sim.state.velocity[1, 0] < -1.0  # it has been struck
+        force, _ = sim.contact_wrench('belt')
+        work = -3.0 * force[1] * sim.dt  # 0.5 * 2 G * 3 dt = 0.118 J, or more
+        assert sim.energy_balance().work_of_drives == pytest.approx(work, rel=1e-12)
+
+
 @pytest.mark.parametrize('heading', [0.0, 0.6])
 def test_belt_brings_a_box_to_its_speed_by_friction_and_keeps_still(heading):
     c, s = math.cos(heading / 2), math.sin(heading / 2)

@@ -204,11 +204,10 @@ class CutTicks:
             return 0.0, 0.0, True
         seen = 0.0, 0.0
         start = Start.of(tick.motion, arrays)
-        work, mark = arrays.work_of_drives, readout.mark()
+        mark = readout.mark()
         for step_number in range(cuts.NEWTON_STEPS):
             if step_number:
                 start.return_to(tick.motion, arrays)
-                arrays.put_work_of_drives(work)
                 readout.return_to(mark)
             status = self._piece(tick, begin, length, tick_counts.HIDES_CUTS)
             if status != 0.0:

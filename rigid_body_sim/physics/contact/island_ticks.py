@@ -45,23 +45,26 @@ class Start(NamedTuple):
 
     translation, rotation : blocks
     cache                 : see `cache_record`
+    works                 : (n,) [J] of what is moved as told
     """
 
     translation: Array
     rotation: Array
     cache: Array
+    works: Array
 
     @classmethod
     def of(cls, motion: Motion, arrays: WorldArrays) -> Start:
         """Copy what there is."""
         translation, rotation = (np.array(blocks) for blocks in motion)
-        return cls(translation, rotation, arrays.cache_in_use.copy())
+        return cls(translation, rotation, arrays.cache_in_use.copy(), arrays.works.copy())
 
     def return_to(self, motion: Motion, arrays: WorldArrays) -> None:
         """Write it where it was."""
         for blocks, values in zip(motion, self, strict=False):
             np.asarray(blocks)[:] = values
         arrays.put_cache(self.cache)
+        arrays.put_works(self.works)
 
 
 class IslandTicks:
@@ -135,10 +138,13 @@ class IslandTicks:
             impacts[manner] = readout.impacts_since(mark)
             read = together(readout.reads())
             translation, rotation = (np.array(blocks) for blocks in motion)
-            outcomes[manner] = Outcome(translation, rotation, arrays.cache_in_use.copy(), read)
+            cache, works = arrays.cache_in_use.copy(), arrays.works.copy()
+            outcomes[manner] = Outcome(translation, rotation, cache, works, read)
         for manner, found in impacts.items():  # who joined a finer one later has them there
             readout.add_impacts(cuts.of_manner(found, manner, wanted, arrays.table))
-        cache, read = put_together(outcomes, wanted, arrays.table, *motion, arrays.substep_of(h))
+        cache, read = put_together(
+            outcomes, wanted, arrays.table, *motion, arrays.works, arrays.substep_of(h)
+        )
         arrays.put_cache(cache)
         readout.take_pieces([read], h)
         return 0.0
@@ -151,11 +157,10 @@ class IslandTicks:
         to who wants it; again, where `advance` finds that some of them want a finer one (None).
         """
         arrays, readout = self._arrays, self._readout
-        work, mark, deepest = arrays.work_of_drives, readout.mark(), readout.depth
+        mark, deepest = readout.mark(), readout.depth
         while True:
             readout.return_to(mark)
             readout.put_depth(deepest)
-            arrays.put_work_of_drives(work)
             start.return_to(motion, arrays)
             take_part = islands.wanted == manner
             let_stand_back(~take_part, arrays.table)

@@ -94,7 +94,7 @@ class PrescribedBodies(NamedTuple):
     drives : see `drive`, in the order of their rows
     paths  : see `model.prescribed_motion`
     moment : scratch of that
-    works  : [J] sum of the work that was done on others
+    works  : (n,) [J] sum of the work that was done on each other body
     of_bodies : [J] of it what was last found of each body
     """
 
@@ -157,7 +157,7 @@ def driven_bodies(parts: Sequence[Body], static: int) -> tuple[PrescribedBodies,
         drives=np.concatenate([np.zeros(0), *drives]),
         paths=np.concatenate([np.zeros(0), *paths]),
         moment=np.zeros(told.INSTANT),
-        works=np.zeros(1),
+        works=np.zeros(static),
         of_bodies=np.zeros(count),
     )
     return driven, rows
@@ -542,7 +542,7 @@ def add_works(touching: Indices, driven: PrescribedBodies, bodies: Array) -> Non
     for index in range(len(touching)):
         work = driven.of_bodies[touching[index]]
         bodies[touching[index] * solver_bodies.SIZE + solver_bodies.ENERGY] += work
-        driven.works[0] += work
+        driven.works[touching[index]] += work
 
 
 @kernel

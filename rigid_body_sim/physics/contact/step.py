@@ -69,7 +69,7 @@ from rigid_body_sim.physics.contact.collision.recycling import Recycling
 from rigid_body_sim.physics.contact.crew import Crew
 from rigid_body_sim.physics.contact.energy import account, gain_bound, restitution_bound
 from rigid_body_sim.physics.contact.energy.scratch import EnergyScratch
-from rigid_body_sim.physics.contact.events import flight_record
+from rigid_body_sim.physics.contact.events import flight, flight_record
 from rigid_body_sim.physics.contact.events.flight import Flights
 from rigid_body_sim.physics.contact.islands import first_loads, left_sinking, sleep, waiting
 from rigid_body_sim.physics.contact.islands.bouncing import mark_bouncing
@@ -1261,6 +1261,9 @@ def _meet_at_instant(time, world):
         now = Tick(time, time, 0.0, 0.0, 1)
         drive(now, world.driven, colliders, world.bodies, world.sleep, counts)
     gather_bodies(world)
+    if FLOWS:
+        variable_mass.find_mass_scale(time, world.flows)
+        flight.take_mass_scales(world.flows, world.flights)
     narrow_phase.find_poses(
         0, counts[tick_counts.COLLIDERS], motion.rigid_count, motion.translation, motion.rotation,
         colliders.table, world.detection.local_poses, colliders.poses,

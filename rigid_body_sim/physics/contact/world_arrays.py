@@ -155,6 +155,7 @@ class WorldArrays:
         """
         bodies = self._body_count if wanted else 0
         self.flight_records = np.zeros(bodies * flight_record.SIZE)
+        self.flight_records[flight_record.MASS_SCALE :: flight_record.SIZE] = 1.0
         self.flight_scratch = np.zeros(flight_record.BEHIND_BLOCKS + 2 * LANES * method_rows)
         room = EVENTS_OF_EACH * bodies + EVENTS_BESIDE if wanted else 0
         self._make_event_lists(room)
@@ -424,11 +425,14 @@ class WorldArrays:
     @property
     def work_of_drives(self) -> float:
         """Work that was done so far by what is moved as told, and by belts [J]."""
-        return self.works.item(0)
+        return float(self.works.sum())
 
-    def put_work_of_drives(self, work: float) -> None:
-        """Let the work so far be another one [J]: time passes again from an earlier instant."""
-        self.works[0] = work
+    def put_works(self, works: Array) -> None:
+        """
+        Let the work so far on each body be another one (n,) [J]: time passes again from an earlier
+        instant.
+        """
+        self.works[:] = works
 
     @property
     def taken_back(self) -> Array:

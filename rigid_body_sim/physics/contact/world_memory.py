@@ -30,9 +30,9 @@ Array = NDArray[np.float64]
 
 
 # what a run returns to: impulse cache (`cache_record`), sleepers (None where nobody may sleep),
-# work of what is moved as told [J], deepest overlap so far [m], and what else could be read; a
+# works of what is moved as told [J], deepest overlap so far [m], and what else could be read; a
 # tuple, which costs a fifth of what has names, as each tick makes one
-Snapshot = tuple[Array, Any, float, float, Mark]
+Snapshot = tuple[Array, Any, Array, float, Mark]
 
 
 class WorldMemory:
@@ -89,7 +89,7 @@ class WorldMemory:
         arrays, readout = self._arrays, self._readout
         sleepers = None if self._sleepers is None else self._sleepers.snapshot()
         cache = arrays.cache_in_use.copy()
-        return cache, sleepers, arrays.work_of_drives, readout.depth, readout.mark()
+        return cache, sleepers, arrays.works.copy(), readout.depth, readout.mark()
 
     def keep(self) -> Snapshot:
         """Do what `snapshot` does, into an array that the next call uses again."""
@@ -98,10 +98,16 @@ class WorldMemory:
             kept, copy, is_all = self._make_place()
         copy()
         if is_all and not self._readout.overlaps:
-            return kept, None, 0.0, self._overlaps[deep_overlaps.DEEPEST], NOTHING_FOUND
+            return (
+                kept,
+                None,
+                self._arrays.works,
+                self._overlaps[deep_overlaps.DEEPEST],
+                NOTHING_FOUND,
+            )
         sleepers = None if self._sleepers is None else self._sleepers.snapshot()
-        depth, work = self._overlaps[deep_overlaps.DEEPEST], self._arrays.work_of_drives
-        return kept, sleepers, work, depth, self._readout.mark()
+        depth = self._overlaps[deep_overlaps.DEEPEST]
+        return kept, sleepers, self._arrays.works.copy(), depth, self._readout.mark()
 
     def _make_place(self) -> tuple[Array, Callable[..., Any], bool]:
         """Make a place for the cache, and what copies it; tell whether it is all to be kept."""
@@ -116,8 +122,8 @@ class WorldMemory:
 
     def return_to(self, snapshot: Snapshot) -> None:
         """Return to a snapshot."""
-        cache, sleepers, work, depth, found = snapshot
-        self._arrays.put_work_of_drives(work)
+        cache, sleepers, works, depth, found = snapshot
+        self._arrays.put_works(works)
         self._readout.put_depth(depth)
         self._readout.return_to(found)
         self._arrays.forget()

@@ -237,7 +237,7 @@ def bound_gains(
     static   : index of what cannot move; it joins nobody
     width    : numbers of a point
     group    : all bodies that touch, in the blocks of the scene
-    works    : [J] of what is moved as told, their sum
+    works    : (n,) [J] of what is moved as told on each body
     """
     share = share_of_tick(h, whole)
     touching, motion = group.members, group.motion
@@ -274,7 +274,7 @@ def bound_gains(
         body = touching[index]
         gain = roots[body] * gain_record.SIZE
         if gains[gain + gain_record.PART] > 0.0:
-            works[0] += _take_back(h, body, gain, motion, gains, taken, bodies)
+            works[body] += _take_back(h, body, gain, motion, gains, taken, bodies)
     taken[static * TAKEN] = 1.0
     _follow(batch_count, static, width, batches, rows, taken)
     return True

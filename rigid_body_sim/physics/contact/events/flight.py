@@ -30,6 +30,7 @@ from rigid_body_sim.physics.contact.collision import (
 from rigid_body_sim.physics.contact.collision.collider import ColliderArrays
 from rigid_body_sim.physics.contact.events import event_lists, flight_record
 from rigid_body_sim.physics.contact.prescribed_bodies import PrescribedBodies
+from rigid_body_sim.physics.contact.solver import variable_mass
 from rigid_body_sim.physics.integration.schemes import steps
 from rigid_body_sim.physics.state import blocks
 from rigid_body_sim.physics.state.blocks import (
@@ -154,6 +155,14 @@ def take_off(body: int, flights: Flights) -> None:
         store(records, row + flight_record.INVERSE_MOMENTS, moments)
         orientation = blocks.orientation(rotation, body)
         store_quaternion(records, row + flight_record.ORIENTATION, orientation)
+
+
+@kernel
+def take_mass_scales(flows: Array, flights: Flights) -> None:
+    """Take over m0/m of now of bodies whose mass changes; flows: see `solver.variable_mass`."""
+    for row in range(0, len(flows), variable_mass.SIZE):
+        record = int(flows[row + variable_mass.BODY]) * flight_record.SIZE
+        flights.records[record + flight_record.MASS_SCALE] = flows[row + variable_mass.SCALE]
 
 
 @inline

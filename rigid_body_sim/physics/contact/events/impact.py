@@ -57,15 +57,16 @@ def material_of(a: int, b: int, flights: Flights) -> Any:
 
 @inline
 def inertia_of(body: int, flights: Flights) -> Any:
-    """Inverse mass and world inverse inertia of a body in flight; zero of what cannot move."""
+    """Inverse mass and world inverse inertia of a body now; zero of what cannot move."""
     if body < 0:
         return 0.0, NO_INERTIA
     records, row = flights.records, body * flight_record.SIZE
-    moments = load(records, row + flight_record.INVERSE_MOMENTS)
+    of_now = records[row + flight_record.MASS_SCALE]
+    moments = scale(of_now, load(records, row + flight_record.INVERSE_MOMENTS))
     inverse = (moments[0], 0.0, 0.0, moments[0], 0.0, moments[0])
     if moments[0] != moments[1] or moments[1] != moments[2]:
         inverse = world_inverse_inertia(orientation_of(row, records), moments)
-    return records[row + flight_record.INVERSE_MASS], inverse
+    return of_now * records[row + flight_record.INVERSE_MASS], inverse
 
 
 @inline
@@ -103,17 +104,24 @@ def told_at(a: int, b: int, point: Any, normal: Any, flights: Flights) -> Any:
 
 
 @inline
-def add_work(impulse: Any, told: Any, flights: Flights) -> None:
-    """Add the work that what is driven does by an impulse on B [N s]; told: see `told_at`."""
-    flights.driven.works[0] -= dot(impulse, told)
+def add_work(body: int, impulse: Any, told: Any, flights: Flights) -> None:
+    """
+    Add the work that what is driven does on a body by an impulse on B [N s], whichever of the two
+    is the body; told: see `told_at`.
+    """
+    flights.driven.works[body] -= dot(impulse, told)
 
 
 @inline
 def push(body: int, arm: Any, impulse: Any, flights: Flights) -> None:
-    """Let an impulse [N s] act on a body in flight at an arm [m]."""
+    """
+    Let an impulse [N s] act on a body in flight at an arm [m]: its momenta are those of the mass
+    that it began with.
+    """
     if body < 0:
         return
     records, row = flights.records, body * flight_record.SIZE
+    impulse = scale(records[row + flight_record.MASS_SCALE], impulse)
     momentum = add(load(records, row + flight_record.MOMENTUM), impulse)
     store(records, row + flight_record.MOMENTUM, momentum)
     if body < flights.motion.rigid_count:
@@ -175,7 +183,7 @@ def _meet_at_a_point(a: int, b: int, normal: Any, material: Any, flights: Flight
     )
     push(body_a, arm_a, negate(impulse), flights)
     push(body_b, arm_b, impulse, flights)
-    add_work(impulse, told, flights)
+    add_work(max(body_a, body_b), impulse, told, flights)
     return impulse
 
 

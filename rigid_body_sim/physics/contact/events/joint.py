@@ -85,7 +85,8 @@ def _put_body(row: int, body: int, flights: Flights) -> None:
     for entry in range(6):
         bodies[place + record.INVERSE_INERTIA + entry] = inertia[entry]
     momentum = load(records, begin + flight_record.MOMENTUM)
-    store(bodies, place + record.VELOCITY, scale(inverse_mass, momentum))
+    velocity = scale(records[begin + flight_record.INVERSE_MASS], momentum)
+    store(bodies, place + record.VELOCITY, velocity)
     spin = NO_VECTOR
     if body < flights.motion.rigid_count:
         spin = spin_of(
@@ -158,7 +159,8 @@ def meet_at_points(count: int, all_points: int, bodies: Any, flights: Flights) -
         if second != WORLD:
             body = bodies[0] if second == 0.0 else bodies[1]
             push(body, load(points, place + record.ARM_B), impulse, flights)
-        add_work(impulse, load(points, place + record.TOLD), flights)
+        told = load(points, place + record.TOLD)
+        add_work(max(bodies[0], bodies[1]), impulse, told, flights)
         if index < count:
             total = add(total, impulse)
     return total
@@ -325,7 +327,6 @@ def _meet_with_load(
         place = index * record.POINT_SIZE
         impulse = load(flights.joint_points, place + record.IMPULSE)
         _push_row(index, impulse, flights)
-        add_work(impulse, load(flights.joint_points, place + record.TOLD), flights)
         if index < count:
             total = add(total, impulse)
             touching = load(views, flight_record.TOUCHING + 3 * index)
@@ -355,8 +356,12 @@ def _write_carrier(number: int, kind: float, index: int, impulse: Any, flights: 
 
 @inline
 def _push_row(index: int, impulse: Any, flights: Flights) -> None:
-    """Let the impulse of a point act on the bodies in whose rows it is."""
+    """
+    Let the impulse of a point act on the bodies in whose rows it is; what is driven has none, and
+    works on the other one.
+    """
     points, place = flights.joint_points, index * record.POINT_SIZE
+    told = load(points, place + record.TOLD)
     count = flights.motion.body_count
     for body in range(count):
         row = _row_of(body, flights)
@@ -364,7 +369,9 @@ def _push_row(index: int, impulse: Any, flights: Flights) -> None:
             continue
         if row == points[place + record.BODY_A]:
             push(body, load(points, place + record.ARM_A), negate(impulse), flights)
-            flights.records[body * flight_record.SIZE + flight_record.STRUCK] = 1.0
         elif row == points[place + record.BODY_B]:
             push(body, load(points, place + record.ARM_B), impulse, flights)
-            flights.records[body * flight_record.SIZE + flight_record.STRUCK] = 1.0
+        else:
+            continue
+        add_work(body, impulse, told, flights)
+        flights.records[body * flight_record.SIZE + flight_record.STRUCK] = 1.0

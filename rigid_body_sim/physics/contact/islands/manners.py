@@ -103,12 +103,14 @@ class Outcome(NamedTuple):
 
     translation, rotation : blocks
     cache                 : see `cache_record`
+    works                 : (n,) [J] of what is moved as told, so far
     read                  : contacts
     """
 
     translation: Array
     rotation: Array
     cache: Array
+    works: Array
     read: Read
 
 
@@ -146,10 +148,11 @@ def let_stand_back(bodies: NDArray[np.bool_], table: Indices) -> None:
 
 def put_together(
     outcomes: dict[int, Outcome], wanted: Indices, table: Indices, translation: Array,
-    rotation: Array, substep: float,
+    rotation: Array, works: Array, substep: float,
 ) -> tuple[Array, Read]:  # fmt: skip
     """
-    Write into the blocks what each body has of its own manner; give cache and contacts of all.
+    Write into the blocks, and the works (n,) [J], what each body has of its own manner; give cache
+    and contacts of all.
 
     substep : [s] of a whole tick: the impulses in the cache become those of it
     """
@@ -164,6 +167,9 @@ def put_together(
             block, lane = block[inside], lane[inside]
             of_manner = getattr(outcome, name).reshape(-1, size // LANES, LANES)
             rows[block, :, lane] = of_manner[block, :, lane]
+    for manner, outcome in outcomes.items():
+        mine = wanted == manner
+        works[mine] = outcome.works[mine]
     own = _OwnPairs(wanted, table)
     caches = [(m, scaled(one.cache, substep)) for m, one in outcomes.items()]
     return _joined_caches(caches, own, substep), _joined_reads(outcomes, own)
