@@ -110,6 +110,42 @@ def test_what_falls_on_a_load_of_an_even_motion_does_what_it_does_at_rest():
     assert joint > 1
 
 
+def test_what_does_not_bounce_comes_down_on_an_even_motion_at_the_instant_of_one_at_rest():
+    """Also where it sticks to an edge, with next to no approach after its impact."""
+    rng, steady = np.random.default_rng(2), np.array([1.3, -0.7, 0.4])
+    for _ in range(20):
+        turns = rng.normal(size=(2, 4))
+        slab, attitude = (turns / np.linalg.norm(turns, axis=1)[:, None]).tolist()
+        mu = float(rng.choice([0.0, 0.5]))
+        still = [
+            {'name': 'slab', 'shape': {'type': 'box', 'size': [0.6, 0.6, 0.4]}, 'fixed': True,
+             'friction': mu, 'initial': {'position': [0, 0, 0], 'orientation': slab}},
+            {'name': 'body', 'shape': {'type': 'box', 'size': rng.uniform(0.1, 0.4, 3).tolist()},
+             'mass': 1.0, 'friction': mu, 'initial': {
+                 'position': [*rng.uniform(-0.2, 0.2, 2).tolist(), 0.8], 'velocity': [0, 0, -1],
+                 'orientation': attitude, 'angular_velocity': (3 * rng.normal(size=3)).tolist()}},
+        ]  # fmt: skip
+        moved = copy.deepcopy(still)
+        del moved[0]['fixed']
+        moved[0]['motion'] = {}
+        for body in moved:
+            velocity = steady + body['initial'].get('velocity', np.zeros(3))
+            body['initial']['velocity'] = velocity.tolist()
+        still, moved = simulation(*still), simulation(*moved)
+        seen = 0
+        while not seen and still.time < 0.5:
+            still.step()
+            moved.step()
+            seen = len(still.impacts())
+            assert len(moved.impacts()) == seen
+        if seen:
+            assert still.impacts().time == pytest.approx(moved.impacts().time, abs=1e-12)
+            assert still.impacts().impulse == pytest.approx(moved.impacts().impulse, abs=1e-11)
+            # the rest of the tick is the solver's, to the tolerance of its passes
+            velocity = moved.state.velocity[1] - steady
+            assert velocity == pytest.approx(still.state.velocity[1], abs=1e-4)
+
+
 @pytest.mark.parametrize('motion', ['heave', 'pitch'])
 def test_the_balance_has_the_work_of_impacts_on_what_is_moved_as_told(motion):
     amplitude = 0.02 if motion == 'heave' else 0.1

@@ -570,6 +570,17 @@ def _join(body_a: int, body_b: int, flights: Flights) -> None:
         _concern(body_a, flights)
 
 
+@inline
+def _rests_then(a: int, b: int, flights: Flights, counts: Indices) -> bool:
+    """
+    Tell whether two do not part after their impact, where a cut can be made: from there on they
+    are the solver's. To find that instant by what is left of their approach would be to divide
+    round-off by round-off.
+    """
+    restitution, _ = material_of(a, b, flights)
+    return restitution == 0.0 and counts[tick_counts.CUTTING] != tick_counts.LEAVES_CUTS
+
+
 def _wants_a_cut(row: int, a: int, b: int, flights: Flights) -> bool:
     """Tell whether an impact is none that bodies in flight have among themselves."""
     pairs = flights.pairs
@@ -632,7 +643,7 @@ def _follow_impacts(
         b = int(pairs[row + flight_record.COLLIDER_B])
         body_a, body_b = body_of(a, flights), body_of(b, flights)
         late = _is_concerned(body_a, flights) or _is_concerned(body_b, flights)
-        if late or wants_a_cut(row, a, b, flights):
+        if late or wants_a_cut(row, a, b, flights) or _rests_then(a, b, flights, counts):
             if leaves(row, a, b, manifolds, flights, counts):
                 counts[tick_counts.CUTS] = 1
                 return True
