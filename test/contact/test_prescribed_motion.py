@@ -154,6 +154,49 @@ def test_bounce_off_a_moved_body_turns_the_velocity_relative_to_it(shape, restit
     assert np.abs(sim.state.angular_velocity[1]).max() < 1e-9
 
 
+def test_what_bounces_off_an_even_motion_does_what_it_does_at_rest():
+    """
+    Boxes, capsules and cylinders fall with a turn on slabs of any attitude: faces, edges, corners.
+    """
+    rng, steady = np.random.default_rng(5), np.array([1.3, -0.7, 0.4])
+    still, count = [], 18
+    for number in range(count):
+        place, turns = 2.0 * np.array([number % 6, number // 6, 0]), rng.normal(size=(2, 4))
+        slab, attitude = (turns / np.linalg.norm(turns, axis=1)[:, None]).tolist()
+        radius, length = rng.uniform(0.05, 0.2), rng.uniform(0.1, 0.4)
+        shape = [
+            {'type': 'box', 'size': rng.uniform(0.1, 0.4, 3).tolist()},
+            {'type': 'capsule', 'radius': radius, 'length': length},
+            {'type': 'cylinder', 'radius': radius, 'length': length},
+        ][number % 3]
+        still += [
+            {'name': f'slab_{number}', 'shape': {'type': 'box', 'size': [0.6, 0.6, 0.4]},
+             'fixed': True, 'initial': {'position': place.tolist(), 'orientation': slab}},
+            {'name': f'body_{number}', 'shape': shape, 'mass': 1.0, 'restitution': 0.8,
+             'friction': 0.0, 'initial': {
+                 'position': (place + [*rng.uniform(-0.2, 0.2, 2), 0.8]).tolist(),
+                 'velocity': [0, 0, -1], 'orientation': attitude,
+                 'angular_velocity': (3.0 * rng.normal(size=3)).tolist()}},
+        ]  # fmt: skip
+    on_the_way = copy.deepcopy(still)
+    for body in on_the_way:
+        if body.pop('fixed', False):
+            body['motion'] = {}
+        velocity = steady + body['initial'].get('velocity', np.zeros(3))
+        body['initial']['velocity'] = velocity.tolist()
+    still, on_the_way = simulation(*still), simulation(*on_the_way)
+    bodies = np.arange(1, 2 * count, 2)
+    worst = np.full(count, -1.0)  # [m/s] of each at its first impact
+    for _ in range(120):
+        still.step()
+        on_the_way.step()
+        apart = on_the_way.state.velocity[bodies] - steady - still.state.velocity[bodies]
+        hit = np.isin(bodies, still.contacts().bodies) & (worst < 0.0)
+        worst[hit] = np.abs(apart[hit]).max(axis=1)
+    assert (worst >= 0.0).sum() > count - 4
+    assert worst.max() < 1e-5  # tolerance of the passes, of some m/s
+
+
 def test_pushed_body_takes_the_speed_of_what_pushes_it_and_its_work():
     pusher = moved(position=(-0.7, 0, 0), velocity=(1.5, 0, 0), shape=CUBE, friction=0.0)
     sim = simulation(pusher, free(position=(0, 0, 0), mass=3.0, friction=0.0), gravity=0.0)

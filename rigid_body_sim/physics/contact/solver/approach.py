@@ -143,10 +143,9 @@ def _separation_acceleration(
     velocity : of the centre of B from that of A [m/s]
     arms     : of A and B
     """
-    moves_a = constraints[lane + constraint.INVERSE_MASS_A] > 0.0
-    moves_b = constraints[lane + constraint.INVERSE_MASS_B] > 0.0
-    # both arms end midway where both bodies move, else on the surface of the one that does
-    midway = 0.5 * separation if moves_a & moves_b else 0.0
+    both = wide_lanes.gives_way_a(constraints, lane) & wide_lanes.gives_way_b(constraints, lane)
+    # both arms end midway where both bodies give way, else on the surface of the one that does
+    midway = 0.5 * separation if both else 0.0
     radius_a = constraints[lane + constraint.RADIUS_A]
     radius_b = constraints[lane + constraint.RADIUS_B]
     arm_a = add_scaled(arms[0], -(radius_a + midway), normal)

@@ -90,13 +90,13 @@ def find_bends_of_lane(
     wide_lanes.put_vector(scratch, lane + lane_scratch.BEND_A, bend_a)
     wide_lanes.put_vector(scratch, lane + lane_scratch.BEND_B, bend_b)
     if layered:
-        # from the arms, which end midway where both bodies move, to the cores
+        # from the arms, which end midway where both bodies give way, to the cores
         radius_a = constraints[lane + constraint.RADIUS_A]
         radius_b = constraints[lane + constraint.RADIUS_B]
-        moves_a = constraints[lane + constraint.INVERSE_MASS_A] > 0.0
-        moves_b = constraints[lane + constraint.INVERSE_MASS_B] > 0.0
+        gives_a = wide_lanes.gives_way_a(constraints, lane)
+        gives_b = wide_lanes.gives_way_b(constraints, lane)
         along_a, along_b = dot(normal, bend_a), dot(normal, bend_b)
-        midway = 0.5 if moves_a & moves_b else 0.0
+        midway = 0.5 if gives_a & gives_b else 0.0
         scratch[lane + lane_scratch.BEND] = radius_a * along_a + radius_b * along_b
         scratch[lane + lane_scratch.BEND_BY_GAP] = midway * (
             (along_a if radius_a > 0.0 else 0.0) + (along_b if radius_b > 0.0 else 0.0)

@@ -216,8 +216,8 @@ def update_cores(
         is_apart = square > manifold.TINY
         turns = has_cores & is_apart & (dot(line, normal) > 0.0)
         length = math.sqrt(square if is_apart else 1.0)
-        fixed_a = constraints[lane + constraint.INVERSE_MASS_A] == 0.0
-        fixed_b = constraints[lane + constraint.INVERSE_MASS_B] == 0.0
+        fixed_a = not wide_lanes.gives_way_a(constraints, lane)
+        fixed_b = not wide_lanes.gives_way_b(constraints, lane)
         has_hit = (not turns) | (points[lane + contact_point.LARGEST_NORMAL_IMPULSE] > 0.0)
         stays = (
             (fixed_a | fixed_b)
@@ -234,7 +234,7 @@ def update_cores(
         opening = length - cores[lane + core_pair.DISTANCE] if turns else dot(normal, apart)
         radius_a = constraints[lane + constraint.RADIUS_A]
         radius_b = constraints[lane + constraint.RADIUS_B]
-        # on the surface of the one that moves, or midway
+        # on the surface of the one that gives way, or midway
         share = 0.5 * ((0.0 if fixed_b else 1.0) + (1.0 if fixed_a else 0.0))
         reach = radius_a + share * (length - (radius_a + radius_b))
         of_core = add_scaled(middle_a, on_a, axis_a)

@@ -113,13 +113,13 @@ def _update_points(lanes: int, constraints: Array, points: Array, scratch: Array
     end in it: impulses at it keep the angular momentum of the two to the last digits. The layer of
     a ball or a capsule about its core does not turn with it: r = c + layer n moves by D c.
 
-    What bounces off something that cannot move keeps its arms: it bounces at the end of the tick
-    by the law of the place where it hit.
+    What bounces off something that no impulse moves keeps its arms: it bounces at the end of the
+    tick by the law of the place where it hit.
     """
     for lane in range(lanes):
         arm_a, arm_b = wide_lanes.arms(points, lane)
-        fixed = (constraints[lane + constraint.INVERSE_MASS_A] == 0.0) | (
-            constraints[lane + constraint.INVERSE_MASS_B] == 0.0
+        fixed = (not wide_lanes.gives_way_a(constraints, lane)) | (
+            not wide_lanes.gives_way_b(constraints, lane)
         )
         bounces = (constraints[lane + constraint.RESTITUTION] > 0.0) & (
             points[lane + contact_point.APPROACH_VELOCITY] < 0.0

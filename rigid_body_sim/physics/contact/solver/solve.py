@@ -222,9 +222,8 @@ def find_shares_left_alone(used: int, point_count: int, constraints: Array) -> N
             or constraints[lane + constraint.RADIUS_A] > 0.0
             or constraints[lane + constraint.RADIUS_B] > 0.0
         )
-        on_fixed = (
-            constraints[lane + constraint.INVERSE_MASS_A] == 0.0
-            or constraints[lane + constraint.INVERSE_MASS_B] == 0.0
+        on_fixed = not (
+            wide_lanes.gives_way_a(constraints, lane) and wide_lanes.gives_way_b(constraints, lane)
         )
         constraints[lane + constraint.LEFT_ALONE] = (
             OF_ROLLING

@@ -21,6 +21,7 @@ from rigid_body_sim.physics.arrays import Array
 from rigid_body_sim.physics.compile.kernels import inline
 from rigid_body_sim.physics.contact.solver import constraint, contact_point, lane_scratch
 from rigid_body_sim.physics.contact.solver.constraint import LANES
+from rigid_body_sim.physics.contact.solver_bodies import HELD
 from rigid_body_sim.physics.vectors import (
     XX,
     XY,
@@ -97,6 +98,23 @@ def apply_inverse_inertia(rows: Array, row: int, turns: bool, v: Any) -> Any:
     if turns:
         return apply_symmetric(symmetric(rows, row), v)
     return scale(rows[row], v)
+
+
+@inline
+def gives_way_a(constraints: Array, lane: int) -> bool:
+    """
+    Tell whether an impulse moves A: neither what stands nor what is moved as told, of which both
+    numbers are HELD, but what is free, or turns about a pivot.
+    """
+    inverse = constraints[lane + constraint.INVERSE_MASS_A]
+    return inverse + constraints[lane + constraint.INVERSE_INERTIA_A] > 2.0 * HELD
+
+
+@inline
+def gives_way_b(constraints: Array, lane: int) -> bool:
+    """Tell whether an impulse moves B: see `gives_way_a`."""
+    inverse = constraints[lane + constraint.INVERSE_MASS_B]
+    return inverse + constraints[lane + constraint.INVERSE_INERTIA_B] > 2.0 * HELD
 
 
 @inline
