@@ -14,6 +14,7 @@ import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from threading import get_ident
 
 from rigid_body_sim.errors import RunError, UserError
 
@@ -69,7 +70,7 @@ def replacing(path: Path) -> Iterator[Path]:
         raise UserError(
             f'{_shown(path)}: is a folder, and a file is to be written; give the name of a file'
         )
-    new = place.with_name(f'.{place.name}.{os.getpid()}.part')
+    new = place.with_name(f'.{place.name}.{os.getpid()}.{get_ident()}.part')
     try:
         yield new
         os.replace(new, place)  # noqa: PTH105  (says what it does)

@@ -40,16 +40,17 @@ def parts_name(path: str, concavity: float) -> str:
 
 def find_parts(mesh: Mesh, concavity: float) -> bytes:
     """Return the parts of a mesh as a file: out of the cache, or found and put there."""
-    kept = _cache_file(mesh, concavity)
-    if kept is not None:
+    places = _cache_files(mesh, concavity)
+    for kept in places:
         with contextlib.suppress(OSError, ValueError, InvalidModel):
             text = kept.read_bytes()
             read_parts(text, name=str(kept))
             return text
     text = _decomposed(mesh, concavity)
-    if kept is not None:
+    for kept in places:
         with contextlib.suppress(OSError):
             _write(kept, text)
+            break
     return text
 
 
@@ -80,8 +81,8 @@ def _decomposed(mesh: Mesh, concavity: float) -> bytes:
     return json.dumps({'concavity': concavity, 'parts': parts}).encode()
 
 
-def _cache_file(mesh: Mesh, concavity: float) -> Path | None:
-    """Where the parts of a mesh are kept; None where there is no place."""
+def _cache_files(mesh: Mesh, concavity: float) -> list[Path]:
+    """Where the parts of a mesh may be kept: in the first place that can be written."""
     environment = os.environ
     shared = environment.get('XDG_CACHE_HOME', '')
     folders = [
@@ -89,13 +90,11 @@ def _cache_file(mesh: Mesh, concavity: float) -> Path | None:
         Path(shared).is_absolute() and f'{shared}/rigid_body_sim',  # else it counts as not set
         environment.get('HOME', '') and f'{environment["HOME"]}/.cache/rigid_body_sim',
     ]
-    folder = next(filter(None, folders), None)
-    if folder is None:
-        return None
     digest = hashlib.sha256(mesh.vertices.tobytes())
     digest.update(mesh.faces.tobytes())
     digest.update(f'{concavity!r} {SEED}'.encode())
-    return Path(folder) / 'parts' / f'{digest.hexdigest()}.json'
+    name = f'{digest.hexdigest()}.json'
+    return [Path(folder) / 'parts' / name for folder in folders if folder]
 
 
 def _write(path: Path, text: bytes) -> None:

@@ -10,8 +10,10 @@ import os
 import shutil
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from pathlib import Path
+from threading import Barrier
 
 import pytest
 
@@ -152,6 +154,21 @@ def test_what_cannot_be_taken_away_hides_no_cause(name, tmp_path, monkeypatch):
         replacing(tmp_path / name) as new,
     ):
         read_only(new)
+
+
+def test_of_two_threads_that_write_one_file_the_last_one_has_it_whole(tmp_path):
+    path, both = tmp_path / 'x.csv', Barrier(2)
+
+    def write(text):
+        with replacing(path) as new:
+            both.wait(timeout=HANGING)
+            new.write_text(text)
+            both.wait(timeout=HANGING)
+
+    with ThreadPoolExecutor(2) as threads:
+        list(threads.map(write, ['one', 'two']))
+    assert path.read_text() in {'one', 'two'}
+    assert list(tmp_path.iterdir()) == [path]
 
 
 @pytest.mark.parametrize(

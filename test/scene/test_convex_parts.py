@@ -119,3 +119,28 @@ def test_parts_that_cannot_be_are_refused(how, files, said):
 def test_missing_package_is_named_with_what_needs_it():
     assert 'pip install coacd' in missing('coacd')
     assert 'as: parts' in missing('coacd')
+
+
+def test_parts_are_kept_in_the_first_cache_that_can_be_written(tmp_path, monkeypatch):
+    stands_for = tmp_path / 'coacd.py'  # the library, which takes seconds and may be absent
+    stands_for.write_text(
+        'calls = []\n'
+        'def set_log_level(level): pass\n'
+        'def Mesh(vertices, faces): return vertices\n'
+        'def run_coacd(vertices, **how):\n'
+        '    calls.append(how)\n'
+        '    return [(vertices, None)]\n'
+    )
+    (tmp_path / 'no folder').touch()
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setenv('RIGID_BODY_SIM_CACHE', str(tmp_path / 'no folder' / 'cache'))
+    monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path / 'shared'))
+    monkeypatch.setenv('HOME', str(tmp_path / 'home'))
+    files = {'angle.obj': FILES['angle.obj']}
+    for _ in range(2):
+        loaded(files=files)
+    import coacd
+
+    assert len(coacd.calls) == 1
+    assert len(list((tmp_path / 'shared/rigid_body_sim/parts').iterdir())) == 1
+    assert not (tmp_path / 'home').exists()
