@@ -18,8 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.contact import step, tick_settings
+from rigid_body_sim.physics.contact.collision import collider_record
 from rigid_body_sim.physics.contact.collision.axis_of_symmetry import symmetry_features
-from rigid_body_sim.physics.contact.collision.collider import SPHERE, Colliders
+from rigid_body_sim.physics.contact.collision.collider import SPHERE, SURFACE, Colliders
 from rigid_body_sim.physics.contact.collision.collider_order import order
 from rigid_body_sim.physics.contact.collision.convexity_defect import convexity_warnings
 from rigid_body_sim.physics.contact.collision.held_features import KINDS as HELD_KINDS
@@ -74,6 +75,8 @@ class ContactWorld:
         colliders = Colliders.of(scene, layout)
         self.warnings = convexity_warnings(scene) + small_body_warnings(scene, colliders)
         self._kinds = colliders.pairs()
+        fixed = colliders.types[colliders.bodies == collider_record.STATIC]
+        self._corners = len(fixed) > 1 or SURFACE in fixed
         materials = colliders.materials.reshape(-1, material.SIZE)
         rules = pair_rules(scene.contact, layout.names)
         materials = np.concatenate((materials, rules.materials))  # in the same columns
@@ -121,6 +124,13 @@ class ContactWorld:
     def _holds(self) -> bool:
         """Whether points of some pairs depend on those of the last tick: see `held_features`."""
         return not HELD_KINDS.isdisjoint(self._kinds)
+
+    @property
+    def _balls_meet(self) -> bool:
+        """Whether two balls may meet, or one several that cannot move: see `ball_impacts`."""
+        return (SPHERE, SPHERE) in self._kinds or (
+            any(SPHERE in kinds for kinds in self._kinds) and self._corners
+        )
 
     @property
     def _recycles(self) -> bool:
@@ -196,7 +206,7 @@ class ContactWorld:
             ANGULAR=self._angular,
             BOUNCES=self._bounces,
             CURVED=features['curved'],
-            BALLS_MEET=(SPHERE, SPHERE) in self._kinds,
+            BALLS_MEET=self._balls_meet,
             COUPLED=evaluate is not None,
             APART=self._apart(evaluate),
             EVENTS=self._events,

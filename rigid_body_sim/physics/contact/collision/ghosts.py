@@ -154,12 +154,9 @@ def _may_bind(
     nearer = dot(load(manifolds, record + manifold_record.NORMAL), approach) * horizon - fall
     nearer += stretch * (swept[row_a + swept_aabbs.TURNING] + swept[row_b + swept_aabbs.TURNING])
     flush = FLUSH_STEP * smaller_radius(colliders.local_bounds, a, b)
-    touches_flat = _is_ball_on_flat(a, b, colliders.table)
     for index in range(int(manifolds[record + manifold_record.POINT_COUNT])):
         gap = manifolds[record + manifold_record.POINTS + POINT * index + SEPARATION]
         if (nearer > CALM or gap > flush) and (nearer + fall) * WIDE > gap:
-            return True
-        if touches_flat and gap <= flush:
             return True
     return False
 
@@ -172,9 +169,7 @@ def _would_bind(
     """
     Tell whether some row of the manifold that begins at a place would act in the tick: where the
     bodies close by more than the gap, at the velocities of now, and by what forces and the turn of
-    the rows add where the gap is none of a contact at rest. A ball on a polyhedron acts where it
-    touches: one that has gone over an edge onto a flush tile would leave its load with the edge
-    behind it, whose normal is no longer that of the surface.
+    the rows add where the gap is none of a contact at rest.
     """
     table = colliders.table
     a = int(manifolds[record + manifold_record.COLLIDER_A])
@@ -201,7 +196,6 @@ def _would_bind(
     speed = math.sqrt(dot(passing, passing))
     # what rolls leaves the edge behind it by less than that: its load is not for the edge
     near = CALM if has_cylinder(a, b, table) else flush
-    touches_flat = _is_ball_on_flat(a, b, table)
     for index in range(int(manifolds[record + manifold_record.POINT_COUNT])):
         place = record + manifold_record.POINTS + POINT * index
         point = load(manifolds, place + POSITION)
@@ -217,9 +211,22 @@ def _would_bind(
             return True
         if gap < -CALM and has_cylinder(a, b, table):
             return True
-        if touches_flat and gap <= flush:
-            return True
     return False
+
+
+@inline
+def _touches_flat(record: int, colliders: ColliderArrays, manifolds: Array) -> bool:
+    """
+    Tell whether a manifold is one of a ball that touches a polyhedron. It may be covered though
+    its row would not bind: a ball that has gone over an edge onto a flush tile would leave its
+    load with the edge behind it, whose normal is no longer that of the surface.
+    """
+    a = int(manifolds[record + manifold_record.COLLIDER_A])
+    b = int(manifolds[record + manifold_record.COLLIDER_B])
+    if not _is_ball_on_flat(a, b, colliders.table):
+        return False
+    gap = manifolds[record + manifold_record.POINTS + SEPARATION]
+    return bool(gap <= FLUSH_STEP * smaller_radius(colliders.local_bounds, a, b))
 
 
 @kernel
@@ -594,14 +601,15 @@ def _drop_ghosts(
     for index in range(length):
         record = index * manifold_record.SIZE
         manifolds[record + manifold_record.STATE] = CARRIES
-        if not _would_bind(record, horizon, stretch, colliders, bodies, manifolds):
+        binds = _would_bind(record, horizon, stretch, colliders, bodies, manifolds)
+        if not binds and not _touches_flat(record, colliders, manifolds):
             continue
         manifolds[record + manifold_record.STATE] = ASKED
         asked += 1
         a = int(manifolds[record + manifold_record.COLLIDER_A])
         b = int(manifolds[record + manifold_record.COLLIDER_B])
         nearest = _nearest_point(record, manifolds)
-        apart = manifolds[nearest + SEPARATION] > 0.0
+        apart = binds and manifolds[nearest + SEPARATION] > 0.0
         if GROUND and colliders.table[b * collider_record.SIZE + collider_record.TYPE] == SURFACE:
             missed = apart and ground_misses(
                 a, b, record, count, horizon, colliders, bodies, found, manifolds

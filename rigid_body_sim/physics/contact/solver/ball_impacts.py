@@ -24,7 +24,8 @@ R_A, R_B : [m] radii
 Alone are two balls of which neither has another within h (|w'| + 2 |w| + 2 |w''|), w' the relative
 velocity of the two, w'' the largest of that other with anybody: no impact changes a velocity by
 more than twice the relative one. What cannot move may be that near if its normal is across n, as a
-table is. Impacts of balls that may meet several others: see `impact_sequence`.
+table is. Impacts of balls that may meet several others, or several things that cannot move, or
+some of both, within h (|w'| + |omega| R + 2 |w''|): see `impact_sequence`.
 """
 
 from __future__ import annotations
@@ -151,6 +152,86 @@ def _is_candidate(lane: int, ahead: float, rows: Array, bodies: Array) -> bool:
 
 
 @inline
+def _meets_fixed(lane: int, ahead: float, threshold: float, rows: Array, bodies: Array) -> bool:
+    """Tell whether a ball that carries nothing meets what cannot move within the tick."""
+    if not impact_sequence.is_at_fixed(lane, rows, bodies):
+        return False
+    body_a, body_b = _bodies(lane, rows)
+    normal = wide_lanes.vector(rows, lane + constraint.NORMAL)
+    pulls = subtract(
+        load(bodies, body_b + solver_bodies.FREE_ACCELERATION),
+        load(bodies, body_a + solver_bodies.FREE_ACCELERATION),
+    )
+    speed = dot(normal, _velocity_apart(body_a, body_b, bodies))
+    pull = dot(normal, pulls)
+    apart = rows[lane + constraint.SIZE + contact_point.INITIAL_SEPARATION]
+    return bool(speed < -threshold and apart + ahead * (speed + 0.5 * ahead * pull) <= 0.0)
+
+
+@inline
+def _may_be_cornered(
+    lane: int, ahead: float, threshold: float, rows: Array, bodies: Array
+) -> bool:  # fmt: skip
+    """Tell whether a ball meets what cannot move, and there are others that it may meet."""
+    return bool(
+        rows[lane + constraint.MANIFOLDS] > 1.0
+        and _meets_fixed(lane, ahead, threshold, rows, bodies)
+    )
+
+
+@inline
+def _comes_near(lane: int, ahead: float, rows: Array, bodies: Array) -> bool:
+    """Tell whether a lane of balls that carries nothing may touch, turned by another impact."""
+    if not (
+        impact_sequence.is_pair(lane, rows, bodies)
+        or impact_sequence.is_at_fixed(lane, rows, bodies)
+    ):
+        return False
+    body_a, body_b = _bodies(lane, rows)
+    velocity = _velocity_apart(body_a, body_b, bodies)
+    reach = math.sqrt(dot(velocity, velocity))
+    for body, radius in ((body_a, constraint.RADIUS_A), (body_b, constraint.RADIUS_B)):
+        spin = solver_bodies.spin(body, bodies)
+        pull = load(bodies, body + solver_bodies.FREE_ACCELERATION)
+        reach += rows[lane + radius] * math.sqrt(dot(spin, spin))
+        reach += ahead * math.sqrt(dot(pull, pull))
+        if moves(body, bodies):
+            reach += 2.0 * bodies[body + solver_bodies.FASTEST]
+    return bool(rows[lane + constraint.SIZE + contact_point.INITIAL_SEPARATION] <= ahead * reach)
+
+
+@inline
+def _count_near(lane: int, ahead: float, threshold: float, rows: Array, bodies: Array) -> None:
+    """Count for balls whom and what they may touch by a lane, and tell whether they do touch."""
+    if not _comes_near(lane, ahead, rows, bodies):
+        return
+    meets = rows[lane + constraint.WAITS] > 0.0
+    meets = meets or _meets_fixed(lane, ahead, threshold, rows, bodies)
+    for body in _bodies(lane, rows):
+        if moves(body, bodies):
+            bodies[body + solver_bodies.NEAR] += 1.0
+            if meets:
+                bodies[body + solver_bodies.MEETS] = 1.0
+
+
+@inline
+def _is_in_a_corner(lane: int, ahead: float, rows: Array, bodies: Array) -> bool:
+    """Tell whether a ball meets several in the tick, of which that of the lane cannot move."""
+    if not (
+        impact_sequence.is_at_fixed(lane, rows, bodies) and _comes_near(lane, ahead, rows, bodies)
+    ):
+        return False
+    for body in _bodies(lane, rows):
+        if (
+            moves(body, bodies)
+            and bodies[body + solver_bodies.NEAR] > 1.0
+            and bodies[body + solver_bodies.MEETS] > 0.0
+        ):
+            return True
+    return False
+
+
+@inline
 def _goes_on_to_meet(lane: int, threshold: float, rows: Array, bodies: Array) -> bool:
     """
     Tell whether two balls carry nothing, overlap a little and come nearer: one was taken there
@@ -265,8 +346,10 @@ def _note_meeting(
 
 
 @inline
-def _part(lane: int, h: float, threshold: float, rows: Array, bodies: Array) -> bool:
-    """Note of two balls whether they meet others; tell whether they and others meet."""
+def _part(
+    lane: int, h: float, ahead: float, threshold: float, rows: Array, bodies: Array
+) -> bool:  # fmt: skip
+    """Note of a lane of balls whether they meet others; tell whether they and others meet."""
     if rows[lane + constraint.WAITS] > 0.0:
         for body in _bodies(lane, rows):
             # itself is counted too
@@ -274,6 +357,8 @@ def _part(lane: int, h: float, threshold: float, rows: Array, bodies: Array) -> 
                 touches, _, _, _ = _foresee(lane, h, rows, bodies)
                 rows[lane + constraint.WAITS] = OTHERS if touches else NONE
     if _goes_on_to_meet(lane, threshold, rows, bodies):
+        rows[lane + constraint.WAITS] = OTHERS
+    if _is_in_a_corner(lane, ahead, rows, bodies):
         rows[lane + constraint.WAITS] = OTHERS
     return bool(rows[lane + constraint.WAITS] == OTHERS)
 
@@ -304,7 +389,7 @@ def _keep(lane: int, h: float, rows: Array, bodies: Array) -> bool:
 def _any_candidate(
     ahead: float, threshold: float, batches: Indices, rows: Array, bodies: Array
 ) -> bool:  # fmt: skip
-    """Tell whether there are two balls that come near enough to meet."""
+    """Tell whether there are two balls that come near enough to meet, or one in a corner."""
     for batch in range(0, len(batches), batch_record.SIZE):
         if batches[batch + batch_record.KIND] == batch_record.BALLS:
             begin = batches[batch + batch_record.BEGIN]
@@ -312,6 +397,8 @@ def _any_candidate(
                 if _is_candidate(lane, ahead, rows, bodies):
                     return True
                 if _goes_on_to_meet(lane, threshold, rows, bodies):
+                    return True
+                if _may_be_cornered(lane, ahead, threshold, rows, bodies):
                     return True
     return False
 
@@ -322,7 +409,8 @@ def foresee(
     constraints: Constraints, bodies: Array,
 ) -> None:  # fmt: skip
     """
-    Find the impacts of two balls of a group, and give them their normals for the tick.
+    Find the impacts of two balls of a group, and give them their normals for the tick; follow
+    those of balls that meet several.
 
     lanes   : to go over, of each batch: see `iterations`
     width   : numbers of a point
@@ -338,7 +426,7 @@ def foresee(
         row = members[index] * solver_bodies.SIZE
         for entry in (
             solver_bodies.MEETINGS, solver_bodies.PAIR_SPEED, solver_bodies.FASTEST,
-            solver_bodies.RESTS,
+            solver_bodies.RESTS, solver_bodies.NEAR, solver_bodies.MEETS,
         ):  # fmt: skip
             bodies[row + entry] = 0.0
         store(
@@ -357,10 +445,11 @@ def foresee(
                     _note_speeds(lane, points, width, substep, rows, bodies)
                 elif stage == 2:
                     _count_others(lane, points, width, h, rows, bodies)
+                    _count_near(lane, ahead, threshold, rows, bodies)
                 elif of_balls and stage == 1 and _is_candidate(lane, ahead, rows, bodies):
                     _note_meeting(lane, h, threshold, rows, bodies)
                 elif of_balls and stage == 3:
-                    any_others = _part(lane, h, threshold, rows, bodies) or any_others
+                    any_others = _part(lane, h, ahead, threshold, rows, bodies) or any_others
                 elif of_balls and stage == 4:
                     any_kept = _keep(lane, h, rows, bodies) or any_kept
             if any_kept:
@@ -459,15 +548,16 @@ def catch_up(
             if not (rows[lane + constraint.WAITS] > 0.0 and rows[lane + constraint.TOUCHED] > 0.0):
                 continue
             body_a, body_b = _bodies(lane, rows)
-            if moves(body_a, bodies) and moves(body_b, bodies):
+            at_end = impact_sequence.is_given_at_the_end(lane, rows)
+            if at_end or (moves(body_a, bodies) and moves(body_b, bodies)):
                 late = _late(lane, substep, bounces, rows)
                 rubs = rows[lane + constraint.FRICTION] > 0.0
-                _catch_up(
-                    body_a, -1.0, late, rubs, batch_count, width, motion, batches, rows, bodies
-                )  # fmt: skip
-                _catch_up(
-                    body_b, 1.0, late, rubs, batch_count, width, motion, batches, rows, bodies
-                )  # fmt: skip
+                for body, sign in ((body_a, -1.0), (body_b, 1.0)):
+                    if moves(body, bodies):
+                        _catch_up(
+                            body, sign, late, rubs, batch_count, width, motion, batches, rows,
+                            bodies,
+                        )  # fmt: skip
                 found = True
     for batch in range(0, batch_count * batch_record.SIZE, batch_record.SIZE):
         if batches[batch + batch_record.KIND] != batch_record.BALLS:

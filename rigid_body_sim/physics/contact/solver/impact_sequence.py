@@ -1,12 +1,13 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Impacts of several balls in one tick, in the order in which they come.
+Impacts of balls that meet several in one tick, in the order in which they come.
 
 Where two balls meet that may meet others in the same tick (`ball_impacts`), what they give each
 other depends on who comes first: the first of two balls in a row stops and the last one leaves,
-while both at once would throw the first one back. So the impacts of such a *cluster* are followed
-from one to the next before anything moves, on parabolas,
+while both at once would throw the first one back. So does what walls give a ball that meets two of
+them: the first one turns it, and its friction too, to the other or away from it. So the impacts of
+such a *cluster* are followed from one to the next before anything moves, on parabolas,
 
     x = x_0 + P + V t + a t^2/2,   V <- V + dv,   P <- P - dv t   by an impact at t
 
@@ -23,9 +24,11 @@ So a symmetry stays, momentum too, elastic impacts keep their energy, and fricti
 body of which each share had its own impulse has more energy than one with their mean. Balls that
 touch come one round later, as in Newton's cradle.
 
-A cluster are balls that move, joined by pairs without a load. It is left to the substeps where one
-has anything else near, unless the normal of that is across to all pairs of it, as a table is;
-where there are more than MOST pairs; and where there is no end of it.
+A cluster are balls that move, joined by pairs without a load; what cannot move is a part of it
+where a ball meets it and something else in the tick, as the plane of their contact (a ball as it
+is). It is left to the substeps where one has anything else near, unless the normal of that is
+across to all pairs of it, as a table is; where a ball comes to rest on what cannot move, for loads
+are theirs; where there are more than MOST pairs; and where there is no end of it.
 
 x_0, a : of the centre at the start of the tick; acceleration without impacts, see `ball_impacts`
 """
@@ -105,32 +108,79 @@ def _bodies(lane: int, rows: Array) -> Any:
 
 
 @inline
+def _balls(lane: int, rows: Array, bodies: Array) -> Any:
+    """Where the balls of a lane begin that move: of one that meets what cannot, twice its own."""
+    body_a, body_b = _bodies(lane, rows)
+    return (
+        body_a if moves(body_a, bodies) else body_b,
+        body_b if moves(body_b, bodies) else body_a,
+    )
+
+
+@inline
+def _reach(lane: int, rows: Array, bodies: Array) -> float:
+    """Length of the line of a lane where it touches [m]: of centres, or onto what cannot move."""
+    body_a, _ = _bodies(lane, rows)
+    radius_a, radius_b = rows[lane + constraint.RADIUS_A], rows[lane + constraint.RADIUS_B]
+    if rows[lane + constraint.ROUNDNESS] == constraint.TWO_BALLS:
+        return radius_a + radius_b
+    return radius_a if moves(body_a, bodies) else radius_b
+
+
+@inline
+def _is_light(lane: int, rows: Array, bodies: Array) -> bool:
+    """Tell whether a lane of balls carries nothing, and overlaps by little."""
+    point = lane + constraint.SIZE
+    light = LIGHT * rows[point + contact_point.NORMAL_MASS]
+    apart = rows[point + contact_point.INITIAL_SEPARATION]
+    return bool(
+        rows[point + contact_point.NORMAL_IMPULSE] < light
+        and apart >= -OPEN * _reach(lane, rows, bodies)
+    )
+
+
+@inline
 def is_pair(lane: int, rows: Array, bodies: Array) -> bool:
     """Tell whether a lane of balls is one of two that move, are apart and carry nothing."""
     body_a, body_b = _bodies(lane, rows)
-    point = lane + constraint.SIZE
-    reach = rows[lane + constraint.RADIUS_A] + rows[lane + constraint.RADIUS_B]
-    light = LIGHT * rows[point + contact_point.NORMAL_MASS]
     return bool(
         rows[lane + constraint.ROUNDNESS] == constraint.TWO_BALLS
-        and rows[point + contact_point.NORMAL_IMPULSE] < light
-        and rows[point + contact_point.INITIAL_SEPARATION] >= -OPEN * reach
+        and _is_light(lane, rows, bodies)
         and moves(body_a, bodies)
         and moves(body_b, bodies)
     )
 
 
 @inline
+def is_at_fixed(lane: int, rows: Array, bodies: Array) -> bool:
+    """Tell whether a lane is one of a ball and what cannot move, and carries nothing."""
+    mass_a = bodies[int(rows[lane + constraint.BODY_A]) + solver_bodies.INVERSE_MASS]
+    mass_b = bodies[int(rows[lane + constraint.BODY_B]) + solver_bodies.INVERSE_MASS]
+    return bool(
+        rows[lane + constraint.ROUNDNESS] >= constraint.BALL_ON_FIXED
+        and (mass_a == 0.0 or mass_b == 0.0)
+        and mass_a + mass_b > solver_bodies.HELD
+        and _is_light(lane, rows, bodies)
+    )
+
+
+@inline
+def is_met_in_a_corner(lane: int, rows: Array, bodies: Array) -> bool:
+    """Tell whether a lane is one of a ball that meets several that cannot move in the tick."""
+    return bool(rows[lane + constraint.WAITS] < 0.0 and is_at_fixed(lane, rows, bodies))
+
+
+@inline
 def _state(lane: int, rows: Array, bodies: Array) -> Any:
     """Return the state of a lane: the larger one of its bodies."""
-    body_a, body_b = _bodies(lane, rows)
+    body_a, body_b = _balls(lane, rows, bodies)
     return max(bodies[body_a + STATE], bodies[body_b + STATE])
 
 
 @inline
 def _leave(lane: int, rows: Array, bodies: Array) -> None:
     """Leave the bodies of a lane to the substeps."""
-    body_a, body_b = _bodies(lane, rows)
+    body_a, body_b = _balls(lane, rows, bodies)
     bodies[body_a + STATE] = LEFT
     bodies[body_b + STATE] = LEFT
 
@@ -187,9 +237,11 @@ def _choose_members(members: Indices, constraints: Constraints, bodies: Array) -
             begin = batches[batch + batch_record.BEGIN]
             of_balls = batches[batch + batch_record.KIND] == batch_record.BALLS
             for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
-                body_a, body_b = _bodies(lane, rows)
+                body_a, body_b = _balls(lane, rows, bodies)
                 if stage == 0:
-                    is_member = of_balls and is_pair(lane, rows, bodies)
+                    is_member = of_balls and (
+                        is_pair(lane, rows, bodies) or is_met_in_a_corner(lane, rows, bodies)
+                    )
                     rows[lane + COUNT] = 0.0 if is_member else NO_MEMBER
                     if not is_member:
                         _note_normal(lane, rows, bodies)
@@ -209,7 +261,7 @@ def _is_followed(lane: int, rows: Array, bodies: Array) -> bool:
     """Tell whether the impacts of a lane of balls are followed."""
     if rows[lane + COUNT] < 0.0:
         return False
-    body_a, _ = _bodies(lane, rows)
+    body_a, _ = _balls(lane, rows, bodies)
     return bool(
         _state(lane, rows, bodies) == FREE
         and bodies[body_a + HOT] > 0.0
@@ -238,7 +290,7 @@ def _begin_clusters(batches: Indices, rows: Array, bodies: Array) -> None:
                 if stage == 1 and _is_followed(lane, rows, bodies):
                     _clear(lane, rows)
                 elif stage == 0 and not rows[lane + COUNT] < 0.0:
-                    body_a, _ = _bodies(lane, rows)
+                    body_a, _ = _balls(lane, rows, bodies)
                     bodies[int(bodies[body_a + LABEL]) + PAIRS] += 1.0
 
 
@@ -255,7 +307,7 @@ def _join_clusters(batches: Indices, rows: Array, bodies: Array) -> None:
             for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
                 if rows[lane + COUNT] < 0.0:
                     continue
-                body_a, body_b = _bodies(lane, rows)
+                body_a, body_b = _balls(lane, rows, bodies)
                 for entry in (LABEL, STATE, HOT):
                     of_a, of_b = bodies[body_a + entry], bodies[body_b + entry]
                     if of_a != of_b:
@@ -288,35 +340,62 @@ def instant(line: Any, velocity: Any, acceleration: Any, reach: float) -> float:
 
 @inline
 def _line_and_velocity(lane: int, time: float, rows: Array, bodies: Array) -> Any:
-    """Line of centres of a pair at a time [s], and velocity of B less that of A."""
+    """
+    Return the line of a lane at a time [s], of centres, or from a ball onto the plane of what
+    cannot move; then velocity and acceleration of B less those of A.
+    """
     body_a, body_b = _bodies(lane, rows)
     arm_a, arm_b = wide_lanes.arms(rows, lane + constraint.SIZE)
     acceleration = subtract(_acceleration(body_b, bodies), _acceleration(body_a, bodies))
     velocity = subtract(load(bodies, body_b + VELOCITY), load(bodies, body_a + VELOCITY))
     begins = subtract(load(bodies, body_b + BEGINS), load(bodies, body_a + BEGINS))
     way = add(begins, scale(time, add_scaled(velocity, 0.5 * time, acceleration)))
-    return (
-        add(subtract(arm_a, arm_b), way),
-        add_scaled(velocity, time, acceleration),
-        acceleration,
-    )
+    line = add(subtract(arm_a, arm_b), way)
+    if rows[lane + constraint.ROUNDNESS] != constraint.TWO_BALLS:
+        normal = wide_lanes.vector(rows, lane + constraint.NORMAL)
+        apart = rows[lane + constraint.SIZE + contact_point.INITIAL_SEPARATION]
+        apart += dot(normal, way)
+        line = scale(_reach(lane, rows, bodies) + apart, normal)
+    return line, add_scaled(velocity, time, acceleration), acceleration
+
+
+@inline
+def _along(lane: int, vector: Any, rows: Array) -> Any:
+    """Return of a vector what changes the length of the line of a lane: of a plane, along it."""
+    if rows[lane + constraint.ROUNDNESS] == constraint.TWO_BALLS:
+        return vector
+    normal = wide_lanes.vector(rows, lane + constraint.NORMAL)
+    return scale(dot(normal, vector), normal)
 
 
 @inline
 def _next_time(lane: int, h: float, rows: Array, bodies: Array) -> float:
     """When a pair meets next within the tick [s], else infinity."""
-    body_a, body_b = _bodies(lane, rows)
+    body_a, body_b = _balls(lane, rows, bodies)
     since = max(bodies[body_a + LAST], bodies[body_b + LAST])
     line, velocity, acceleration = _line_and_velocity(lane, since, rows, bodies)
-    reach = rows[lane + constraint.RADIUS_A] + rows[lane + constraint.RADIUS_B]
-    time = instant(line, velocity, acceleration, reach)
+    reach = _reach(lane, rows, bodies)
+    time = instant(line, _along(lane, velocity, rows), _along(lane, acceleration, rows), reach)
     if not since + time <= h:
         return math.inf
     time = since + max(time, 0.0)
     line, velocity, _ = _line_and_velocity(lane, time, rows, bodies)
+    return time if dot(line, velocity) < -_slow(lane, rows) * reach else math.inf
+
+
+@inline
+def _slow(lane: int, rows: Array) -> float:
+    """Speed [m/s] below which what comes nearer does not meet: the more impacts, the faster."""
     rounds = rows[lane + COUNT] / MANY
-    slow = SLOW * (1.0 + rounds * rounds * rounds * rounds)
-    return time if dot(line, velocity) < -slow * reach else math.inf
+    return SLOW * (1.0 + rounds * rounds * rounds * rounds)
+
+
+@inline
+def _comes_to_rest(lane: int, h: float, rows: Array, bodies: Array) -> bool:
+    """Tell whether a ball ends the tick in what cannot move: it comes too slow to meet it."""
+    line, _, _ = _line_and_velocity(lane, h, rows, bodies)
+    into = _reach(lane, rows, bodies) - math.sqrt(dot(line, line))
+    return bool(is_at_fixed(lane, rows, bodies) and into > _slow(lane, rows) * h)
 
 
 @kernel
@@ -332,7 +411,7 @@ def _find_next(h: float, batches: Indices, rows: Array, bodies: Array) -> Any:
                 time = _next_time(lane, h, rows, bodies)
                 if time < first:
                     first = time
-                    ball, _ = _bodies(lane, rows)
+                    ball, _ = _balls(lane, rows, bodies)
     return first, ball
 
 
@@ -346,9 +425,8 @@ def _normal(lane: int, time: float, rows: Array, bodies: Array) -> Any:
 @inline
 def _begin_round(lane: int, time: float, threshold: float, rows: Array, bodies: Array) -> None:
     """Let a pair have part in a round."""
-    body_a, body_b = _bodies(lane, rows)
-    bodies[body_a + TIES] += 1.0
-    bodies[body_b + TIES] += 1.0
+    for body in _bodies(lane, rows):
+        bodies[body + TIES] += 1.0 if moves(body, bodies) else 0.0
     normal, _, velocity = _normal(lane, time, rows, bodies)
     point = lane + constraint.SIZE
     if rows[lane + COUNT] == 0.0:
@@ -401,7 +479,7 @@ def _find_friction(lane: int, time: float, rows: Array, bodies: Array) -> None:
     body_a, body_b = _bodies(lane, rows)
     point = lane + constraint.SIZE
     normal, line, velocity = _normal(lane, time, rows, bodies)
-    reach = rows[lane + constraint.RADIUS_A] + rows[lane + constraint.RADIUS_B]
+    reach = _reach(lane, rows, bodies)
     arm_a = scale(rows[lane + constraint.RADIUS_A] / reach, line)
     arm_b = scale(-rows[lane + constraint.RADIUS_B] / reach, line)
     turns_a = cross(load(bodies, body_a + SPIN), arm_a)
@@ -442,7 +520,7 @@ def _rub(lane: int, time: float, rows: Array, bodies: Array) -> None:
     normal, line, _ = _normal(lane, time, rows, bodies)
     friction = wide_lanes.vector(rows, point + OF_ROUND)
     impulse = add_scaled(friction, rows[lane + CHANGE], normal)
-    reach = rows[lane + constraint.RADIUS_A] + rows[lane + constraint.RADIUS_B]
+    reach = _reach(lane, rows, bodies)
     twist = scale(1.0 / reach, cross(line, friction))
     wide_lanes.add_to_vector(rows, point + IMPULSE, 1.0, impulse)
     wide_lanes.add_to_vector(rows, point + LATE, time, impulse)
@@ -451,7 +529,7 @@ def _rub(lane: int, time: float, rows: Array, bodies: Array) -> None:
     _give(body_b, 1.0, time, friction, bodies)
     _turn(body_a, -rows[lane + constraint.RADIUS_A], twist, bodies)
     _turn(body_b, -rows[lane + constraint.RADIUS_B], twist, bodies)
-    for body in (body_a, body_b):
+    for body in _balls(lane, rows, bodies):
         bodies[body + LAST] = time
         bodies[body + TIES] = 0.0
     wide_lanes.put_vector(rows, point + OF_ROUND, (0.0, 0.0, 0.0))
@@ -461,7 +539,7 @@ def _rub(lane: int, time: float, rows: Array, bodies: Array) -> None:
 @inline
 def _is_of(label: float, lane: int, rows: Array, bodies: Array) -> bool:
     """Tell whether a lane of balls is a pair of a cluster."""
-    body_a, _ = _bodies(lane, rows)
+    body_a, _ = _balls(lane, rows, bodies)
     return bool(not rows[lane + COUNT] < 0.0 and bodies[body_a + LABEL] == label)
 
 
@@ -517,6 +595,18 @@ def _pass_round(
     _visit(RUB, time, label, h, threshold, batches, rows, bodies)
 
 
+@kernel
+def _leave_what_comes_to_rest(h: float, batches: Indices, rows: Array, bodies: Array) -> None:
+    """Leave clusters to the substeps in which a ball comes to rest on what cannot move."""
+    for batch in range(0, len(batches), batch_record.SIZE):
+        if batches[batch + batch_record.KIND] != batch_record.BALLS:
+            continue
+        begin = batches[batch + batch_record.BEGIN]
+        for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
+            if _is_followed(lane, rows, bodies) and _comes_to_rest(lane, h, rows, bodies):
+                _leave(lane, rows, bodies)
+
+
 @inline
 def _keep(lane: int, h: float, rows: Array, bodies: Array) -> None:
     """Let a pair have its impulses at the end of the tick and nothing else within it."""
@@ -567,6 +657,7 @@ def follow(
     while time <= h:
         _pass_round(time, bodies[ball + LABEL], h, threshold, batches, rows, bodies)
         time, ball = _find_next(h, batches, rows, bodies)
+    _leave_what_comes_to_rest(h, batches, rows, bodies)
     _join_clusters(batches, rows, bodies)
     for batch in range(0, len(batches), batch_record.SIZE):
         if batches[batch + batch_record.KIND] != batch_record.BALLS:
@@ -624,6 +715,8 @@ def give(batch_count: int, batches: Indices, rows: Array, bodies: Array) -> bool
             body_a, body_b = _bodies(lane, rows)
             radius_a, radius_b = rows[lane + constraint.RADIUS_A], rows[lane + constraint.RADIUS_B]
             for body, radius, sign in ((body_a, radius_a, -1.0), (body_b, radius_b, 1.0)):
+                if not moves(body, bodies):
+                    continue
                 momentum = body + solver_bodies.MOMENTUM
                 turn = body + solver_bodies.ANGULAR_MOMENTUM
                 store(bodies, momentum, add_scaled(load(bodies, momentum), sign, impulse))
@@ -644,6 +737,16 @@ def _position(body: int, bodies: Array) -> Any:
 
 
 @inline
+def _line_at_start(body_a: int, body_b: int, bodies: Array) -> Any:
+    """Centre of B less that of A at the start of the tick; of what cannot move, zero."""
+    place_a = load(bodies, body_a + solver_bodies.START_POSITION)
+    place_b = load(bodies, body_b + solver_bodies.START_POSITION)
+    moved_a = load(bodies, body_a + solver_bodies.START_RESIDUAL)
+    moved_b = load(bodies, body_b + solver_bodies.START_RESIDUAL)
+    return add(subtract(place_b, place_a), subtract(moved_b, moved_a))
+
+
+@inline
 def measure(lane: int, rows: Array, bodies: Array) -> None:
     """
     Find how far apart the balls of a lane are that have been taken to where they belong, and their
@@ -658,6 +761,9 @@ def measure(lane: int, rows: Array, bodies: Array) -> None:
     place_a, moved_a = _position(body_a, bodies)
     place_b, moved_b = _position(body_b, bodies)
     line = add(subtract(place_b, place_a), subtract(moved_b, moved_a))
-    reach = rows[lane + constraint.RADIUS_A] + rows[lane + constraint.RADIUS_B]
-    separation = math.sqrt(dot(line, line)) - reach
+    if moves(body_a, bodies) and moves(body_b, bodies):
+        separation = math.sqrt(dot(line, line)) - _reach(lane, rows, bodies)
+    else:
+        separation = rows[lane + constraint.SIZE + contact_point.INITIAL_SEPARATION]
+        separation += dot(normal, subtract(line, _line_at_start(body_a, body_b, bodies)))
     rows[lane + constraint.SIZE + contact_point.SEPARATION] = separation
