@@ -84,10 +84,10 @@ FIRST_MANIFOLD = DISPLACEMENT
 # and where the first begins in the impulse cache that it has lost (`solver.impulse_cache`)
 FIRST_LOST = DISPLACEMENT + 1
 # and then, until anything has moved, the line along which it meets a ball, how many it may meet,
-# how fast that one and at most anybody is, 1 if it rests on something, what accelerates it until
-# they meet, how many it may meet that cannot move, and 1 if it does (`solver.ball_impacts`)
+# how fast that one and at most anybody is, what accelerates it until they meet, of how many it may
+# meet some, and 1 if it does (`solver.ball_impacts`)
 MEETS_ALONG, MEETINGS, PULL = DISPLACEMENT, TURN, SUBSTEP_ORIENTATION
-PAIR_SPEED, FASTEST, RESTS = TURN + 1, TURN + 2, TURN_SCALAR
+PAIR_SPEED, FASTEST = TURN + 1, TURN + 2
 NEAR, MEETS = SUBSTEP_ORIENTATION + 3, SUBSTEP_POSITION
 # when the last substep is over, where something bounces (`islands.waiting`): what friction has
 # given in it, and in the tick, what presses in it, and 1 if it lay on something at the beginning

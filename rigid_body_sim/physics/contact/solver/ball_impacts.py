@@ -17,8 +17,8 @@ changed of the velocity. So directions, and the angular momentum of the two, are
 impact there. And two balls that pass each other by are not touched: for the tick they have the
 normal of where they are nearest.
 
-d, w, a  : centre, velocity, acceleration of B less those of A; of what rests on something that of
-           its friction alone
+d, w, a  : centre, velocity, acceleration of B less those of A; of what rests on something that
+           which this does not hold, and that of its friction
 R_A, R_B : [m] radii
 
 Alone are two balls of which neither has another within h (|w'| + 2 |w| + 2 |w''|), w' the relative
@@ -118,10 +118,11 @@ def _speed(lane: int, points: int, width: int, rows: Array, bodies: Array) -> fl
 
 @inline
 def _bears(lane: int, points: int, width: int, rows: Array) -> bool:
-    """Tell whether a lane starts with a load."""
+    """Tell whether a lane starts with a load, and not with what is left of one."""
     first = lane + constraint.SIZE
     for point in range(first, first + points * width, width):
-        if rows[point + contact_point.NORMAL_IMPULSE] > 0.0:
+        light = impact_sequence.LIGHT * rows[point + contact_point.NORMAL_MASS]
+        if rows[point + contact_point.NORMAL_IMPULSE] > light:
             return True
     return False
 
@@ -248,14 +249,14 @@ def _goes_on_to_meet(lane: int, threshold: float, rows: Array, bodies: Array) ->
 
 @inline
 def _rub(lane: int, body: int, substep: float, rows: Array, bodies: Array) -> None:
-    """Let the friction of what a body rests on, as recalled, be all that pulls at it."""
+    """Let what a body rests on hold it, and rub it as recalled, until it meets something."""
     pull = body + solver_bodies.PULL
-    if not bodies[body + solver_bodies.RESTS] > 0.0:
-        store(bodies, pull, (0.0, 0.0, 0.0))
-    bodies[body + solver_bodies.RESTS] = 1.0
-    _, tangent_1, tangent_2 = wide_lanes.contact_frame(rows, lane)
+    normal, tangent_1, tangent_2 = wide_lanes.contact_frame(rows, lane)
     point = lane + constraint.SIZE
     sign = 1.0 if body == int(rows[lane + constraint.BODY_B]) else -1.0
+    pulled = load(bodies, pull)
+    into = min(sign * dot(normal, pulled), 0.0)
+    store(bodies, pull, add_scaled(pulled, -sign * into, normal))
     share = sign * bodies[body + solver_bodies.INVERSE_MASS] / substep
     along_1 = scale(share * rows[point + contact_point.TANGENT_IMPULSE_1], tangent_1)
     along_2 = scale(share * rows[point + contact_point.TANGENT_IMPULSE_2], tangent_2)
@@ -426,7 +427,7 @@ def foresee(
         row = members[index] * solver_bodies.SIZE
         for entry in (
             solver_bodies.MEETINGS, solver_bodies.PAIR_SPEED, solver_bodies.FASTEST,
-            solver_bodies.RESTS, solver_bodies.NEAR, solver_bodies.MEETS,
+            solver_bodies.NEAR, solver_bodies.MEETS,
         ):  # fmt: skip
             bodies[row + entry] = 0.0
         store(
