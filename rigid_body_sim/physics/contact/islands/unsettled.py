@@ -89,21 +89,17 @@ def _may_be_jammed(lane: int, rows: Array) -> bool:
 
 
 @inline
-def _left_alone(lane: int, speed: float, of_like: float, alone: bool, rows: Array) -> float:
+def _left_alone(lane: int, speed: float, of_like: float, rows: Array) -> float:
     """
     Change of the velocity of a constraint that is left alone [m/s]: FAR or NEAR, and more between
     bodies that are alike, by the fourth power of the ratio of their masses (of balls of 1 to 10 kg
     lower ones let energy rise, or let heaps of one mass take a quarter more).
-
-    alone : whether its body may be the only one of the island that moves
     """
     inverse_a = rows[lane + constraint.INVERSE_MASS_A]
     inverse_b = rows[lane + constraint.INVERSE_MASS_B]
     least, most = min(inverse_a, inverse_b), max(inverse_a, inverse_b)
     whose = rows[lane + constraint.ROUNDNESS]
-    if (whose == constraint.TWO_BALLS or whose == constraint.BALL_ON_FIXED) and not (
-        alone and _may_be_jammed(lane, rows)
-    ):
+    if whose == constraint.TWO_BALLS or whose == constraint.BALL_ON_FIXED:
         of_like *= OF_BALLS
     if least > 0.0:
         square = (least / most) * (least / most)
@@ -141,7 +137,7 @@ def _any_far(batches: Indices, rows: Array) -> bool:
         begin = batches[batch + batch_record.BEGIN]
         for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
             change = rows[lane + constraint.UNSETTLED]
-            if change > 0.0 and change > _left_alone(lane, FAR, OF_LIKE_FAR, True, rows):
+            if change > 0.0 and change > _left_alone(lane, FAR, OF_LIKE_FAR, rows):
                 return True
     return False
 
@@ -231,14 +227,13 @@ def _wake(
             change = rows[lane + constraint.UNSETTLED]
             if change == 0.0:
                 continue
-            island = _island_of(lane, static, rows, constraints.roots)
-            alone = islands[island + unsettled_record.BODIES] == 1.0
             if number == 0:
-                goes_on = change > _left_alone(lane, FAR, OF_LIKE_FAR, alone, rows)
+                goes_on = change > _left_alone(lane, FAR, OF_LIKE_FAR, rows)
             else:
                 change = _speed_left(lane, points, width, to_come, rows)
-                goes_on = change > _left_alone(lane, NEAR, OF_LIKE_NEAR, alone, rows)
+                goes_on = change > _left_alone(lane, NEAR, OF_LIKE_NEAR, rows)
             if goes_on:
+                island = _island_of(lane, static, rows, constraints.roots)
                 most = islands[island + unsettled_record.MOST_PASSES]
                 restarts = islands[island + unsettled_record.RESTARTS]
                 if number < most and restarts <= RESTARTS * most:

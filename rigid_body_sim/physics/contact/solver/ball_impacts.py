@@ -154,7 +154,10 @@ def _is_candidate(lane: int, ahead: float, rows: Array, bodies: Array) -> bool:
 
 @inline
 def _meets_fixed(lane: int, ahead: float, threshold: float, rows: Array, bodies: Array) -> bool:
-    """Tell whether a ball that carries nothing meets what cannot move within the tick."""
+    """
+    Tell whether a ball that carries nothing meets what cannot move within the tick, and does not
+    come to rest on it: that is left to the substeps.
+    """
     if not impact_sequence.is_at_fixed(lane, rows, bodies):
         return False
     body_a, body_b = _bodies(lane, rows)
@@ -165,6 +168,8 @@ def _meets_fixed(lane: int, ahead: float, threshold: float, rows: Array, bodies:
     )
     speed = dot(normal, _velocity_apart(body_a, body_b, bodies))
     pull = dot(normal, pulls)
+    if pull < 0.0 and not rows[lane + constraint.RESTITUTION] > 0.0:
+        return False
     apart = rows[lane + constraint.SIZE + contact_point.INITIAL_SEPARATION]
     return bool(speed < -threshold and apart + ahead * (speed + 0.5 * ahead * pull) <= 0.0)
 
