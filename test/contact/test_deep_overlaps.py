@@ -66,7 +66,7 @@ def test_what_falls_through_says_so_while_it_happens_and_each_pair_once():
     assert of_pair[0] in run.warnings
 
 
-@pytest.mark.parametrize(('mass', 'speed'), [(190.0, 2.6), (1e4, 0.18), (2.5e4, 1.3), (4e5, 0.13)])
+@pytest.mark.parametrize(('mass', 'speed'), [(1e3, 2.6), (1e4, 0.18), (2.5e4, 1.3), (4e5, 0.13)])
 def test_an_overlap_is_told_at_the_end_of_the_tick_that_makes_it(mass, speed):
     """
     A cube that falls on a ball of 1 kg; the ball cannot give way but into the ground and the cube.
