@@ -71,11 +71,17 @@ from rigid_body_sim.physics.contact.energy import account, gain_bound, restituti
 from rigid_body_sim.physics.contact.energy.scratch import EnergyScratch
 from rigid_body_sim.physics.contact.events import flight, flight_record
 from rigid_body_sim.physics.contact.events.flight import Flights
-from rigid_body_sim.physics.contact.islands import first_loads, left_sinking, sleep, waiting
+from rigid_body_sim.physics.contact.islands import (
+    first_loads,
+    jammed,
+    left_sinking,
+    sleep,
+    waiting,
+)
 from rigid_body_sim.physics.contact.islands.bouncing import mark_bouncing
 from rigid_body_sim.physics.contact.islands.sleep import SleepState
 from rigid_body_sim.physics.contact.islands.solver_groups import find_groups, sort_touching
-from rigid_body_sim.physics.contact.islands.unsettled import NEAR, go_ahead, hold_what_is_jammed
+from rigid_body_sim.physics.contact.islands.unsettled import NEAR, go_ahead
 from rigid_body_sim.physics.contact.packed_bodies import PackedBodies
 from rigid_body_sim.physics.contact.prescribed_bodies import PrescribedBodies
 from rigid_body_sim.physics.contact.solver import (
@@ -1063,7 +1069,7 @@ def _follow_and_relax(
             iteration = max(relaxations, PASSES)
             further += 1
     if last:
-        hold_what_is_jammed(1.0 / now.substep, group.members, constraints, bodies)
+        jammed.hold(1.0 / now.substep, group.members, constraints, bodies)
     if DRIVES:
         find_works_of_drives(
             prescribed_bodies.SUBSTEP, motion, driven, colliders, constraints, bodies, counts

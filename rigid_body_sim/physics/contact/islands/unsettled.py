@@ -42,7 +42,6 @@ import math
 
 from rigid_body_sim.physics.arrays import Array, Indices
 from rigid_body_sim.physics.compile.kernels import inline, kernel
-from rigid_body_sim.physics.contact import solver_bodies
 from rigid_body_sim.physics.contact.array_groups import Constraints
 from rigid_body_sim.physics.contact.collision.geometry.manifold import MOST
 from rigid_body_sim.physics.contact.islands import left_sinking, unsettled_record
@@ -58,7 +57,7 @@ from rigid_body_sim.physics.contact.solver import (
     wide_lanes,
 )
 from rigid_body_sim.physics.contact.touching import bodies_of, moving_body_of
-from rigid_body_sim.physics.vectors import add_scaled, dot, load, scale, store, subtract
+from rigid_body_sim.physics.vectors import subtract
 
 # Change of a velocity along a normal [m/s] that is left alone: between bodies of very unlike mass,
 # and times as much between like ones. More lets energy rise, less costs time in heaps. An island
@@ -71,21 +70,7 @@ MORE = 1.0 + 1e-6  # times the change before is more: what goes to and fro is no
 PARTS, MOST_TIMES = 2.0**32, 2.0**10  # [-] of a change before, in which one is counted
 MORE_PASSES = 10.0  # times as many, at most, where masses are unlike
 MANY = 40.0  # bodies of an island, beyond which it has fewer passes
-HOLDS, HELD = 40, 1e-9  # passes over what is jammed, at most; [m/s] is left
 RESTARTS = 1.0 / 15.0  # [-] of them: what converges begins anew after more
-
-
-@inline
-def _may_be_jammed(lane: int, rows: Array) -> bool:
-    """
-    Tell whether a constraint is one of a ball on what cannot move, beside others, with friction:
-    what each gives there the others have to hold, and may answer.
-    """
-    return bool(
-        rows[lane + constraint.ROUNDNESS] == constraint.BALL_ON_FIXED
-        and rows[lane + constraint.FRICTION] > 0.0
-        and rows[lane + constraint.MANIFOLDS] > 1.0
-    )
 
 
 @inline
@@ -439,101 +424,3 @@ def go_ahead(
         _find_steps(static, width, to_come, members, constraints)
         _extrapolate_all(lanes, static, width, to_come, constraints, bodies)
     return True
-
-
-@inline
-def _approach(lane: int, inverse_h: float, rows: Array, bodies: Array) -> float:
-    """
-    Speed with which a ball goes into what cannot move, beyond what is still apart [m/s]; 0: what
-    waits to bounce, or comes no nearer.
-    """
-    point = lane + constraint.SIZE
-    separation = rows[point + contact_point.SEPARATION]
-    waits = rows[lane + constraint.RESTITUTION] > 0.0 and separation > 0.0
-    if waits and not rows[point + contact_point.NORMAL_IMPULSE] > 0.0:
-        return 0.0
-    body_a, body_b = int(rows[lane + constraint.BODY_A]), int(rows[lane + constraint.BODY_B])
-    apart = subtract(
-        scale(
-            bodies[body_b + solver_bodies.INVERSE_MASS],
-            load(bodies, body_b + solver_bodies.MOMENTUM),
-        ),
-        scale(
-            bodies[body_a + solver_bodies.INVERSE_MASS],
-            load(bodies, body_a + solver_bodies.MOMENTUM),
-        ),
-    )
-    normal = wide_lanes.vector(rows, lane + constraint.NORMAL)
-    return max(-dot(normal, apart) - max(separation, 0.0) * inverse_h, 0.0)
-
-
-@inline
-def _hold_once(lane: int, speed: float, rows: Array, bodies: Array) -> None:
-    """Let what cannot move take a speed of a ball, along the normal."""
-    point = lane + constraint.SIZE
-    normal = wide_lanes.vector(rows, lane + constraint.NORMAL)
-    press = rows[point + contact_point.NORMAL_MASS] * speed
-    rows[point + contact_point.TOTAL_IMPULSE] += press
-    for side, sign in ((constraint.BODY_A, -1.0), (constraint.BODY_B, 1.0)):
-        body = int(rows[lane + side])
-        if bodies[body + solver_bodies.INVERSE_MASS] > 0.0:
-            momentum = add_scaled(
-                load(bodies, body + solver_bodies.MOMENTUM), sign * press, normal
-            )
-            store(bodies, body + solver_bodies.MOMENTUM, momentum)
-
-
-@kernel
-def _hold_all(
-    inverse_h: float, more: float, hold: bool, constraints: Constraints, bodies: Array
-) -> float:
-    """
-    Hold the balls that touch nobody who moves, where they go in faster than so much more [m/s], or
-    only look; return how fast the fastest does.
-    """
-    batches, rows = constraints.batches, constraints.rows
-    static, largest = len(constraints.roots) - 1, 0.0
-    for batch in range(0, len(batches), batch_record.SIZE):
-        if batches[batch + batch_record.KIND] != batch_record.BALLS:
-            continue
-        begin = batches[batch + batch_record.BEGIN]
-        for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
-            if not _may_be_jammed(lane, rows):
-                continue
-            speed = _approach(lane, inverse_h, rows, bodies)
-            if not speed > more:
-                continue
-            if hold and constraints.roots[moving_body_of(lane, static, rows)] == static:
-                _hold_once(lane, speed, rows, bodies)
-                largest = max(largest, speed)
-            elif not hold:
-                largest = max(largest, speed)
-    return largest
-
-
-@kernel
-def hold_what_is_jammed(
-    inverse_h: float, members: Indices, constraints: Constraints, bodies: Array
-) -> None:
-    """
-    Let what cannot move have the last word on balls that touch nobody else, when all passes of a
-    tick are over. Where friction of two contacts presses each on the other by more than it got,
-    none settles; where by less, a contact that was at rest is not asked again. Normal impulses
-    alone end that, and take energy.
-    """
-    if not _hold_all(inverse_h, FAR, False, constraints, bodies) > 0.0:
-        return
-    batches, rows, roots = constraints.batches, constraints.rows, constraints.roots
-    static = len(roots) - 1
-    for index in range(len(members)):
-        roots[members[index]] = static
-    for batch in range(0, len(batches), batch_record.SIZE):
-        begin = batches[batch + batch_record.BEGIN]
-        for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
-            body_a, body_b = bodies_of(lane, static, rows)
-            if body_a != static and body_b != static:
-                roots[body_a] = body_a
-                roots[body_b] = body_b
-    for _ in range(HOLDS):
-        if not _hold_all(inverse_h, HELD, True, constraints, bodies) > 0.0:
-            break
