@@ -160,3 +160,25 @@ def test_the_balance_has_the_work_of_impacts_on_what_is_moved_as_told(motion):
     balance = sim.energy_balance()
     assert balance.work_of_drives > 2.0
     assert abs(balance.unexplained) < 1e-11
+
+
+@pytest.mark.parametrize('how', ['belt', 'deck'])
+def test_what_falls_flat_on_tiles_that_move_as_one_does_not_turn(how):
+    """All of its corners strike at one instant, on whichever tile they are."""
+    told = {'belt': {'fixed': True, 'surface_velocity': [0, 0.5, 0]}, 'deck': {'motion': {}}}[how]
+    tiles = []
+    for k, (x, y) in enumerate([(-0.5, -0.5), (0.5, -0.5), (-0.5, 0.5), (0.5, 0.5)]):
+        tile = {'name': f'tile_{k}', 'shape': {'type': 'box', 'size': [1, 1, 0.5]},
+                'friction': 0.0, 'initial': {'position': [x, y, -0.25]}, **told}  # fmt: skip
+        if how == 'deck':
+            tile['initial']['velocity'] = [0.2, 0.5, 0]
+        tiles.append(tile)
+    box = {
+        'name': 'box', 'shape': {'type': 'box', 'size': [0.2, 0.2, 0.2]}, 'mass': 1.0,
+        'restitution': 0.5, 'friction': 0.0, 'initial': {'position': [0.03, -0.02, 0.15]},
+    }  # fmt: skip
+    sim = simulation(*tiles, box)
+    while not len(sim.impacts()):
+        sim.step()
+    assert sim.state.angular_velocity[4] == pytest.approx(np.zeros(3), abs=1e-12)
+    assert sim.state.velocity[4, 2] > 0.4

@@ -565,3 +565,67 @@ def test_a_rim_goes_round_on_what_moves_evenly_as_on_what_stands():
         largest = max(largest, np.abs(velocity[:, 1] - velocity[:, 0] - steady).max())
     assert deepest > -5e-5
     assert largest < 0.01  # where the second point lands; it was 0.1
+
+
+TILES = [(x, y) for x in (-1.5, -0.5, 0.35, 1.1) for y in (-1.2, -0.3, 0.45)]  # lower corners
+TILES_END = (2.0, 1.4)
+
+
+def tiles_of(**told):
+    """A deck of tiles whose tops are flush, with a motion about one point beneath."""
+    xs = [*sorted({x for x, _ in TILES}), TILES_END[0]]
+    ys = [*sorted({y for _, y in TILES}), TILES_END[1]]
+    made = []
+    for x, y in TILES:
+        end = xs[xs.index(x) + 1], ys[ys.index(y) + 1]
+        middle = (0.5 * (x + end[0]), 0.5 * (y + end[1]), -0.1)
+        motion = dict(told.get('motion') or {})
+        if 'point' in motion:
+            motion['point'] = [a - b for a, b in zip(motion['point'], middle, strict=True)]
+        shape = {'type': 'box', 'size': [end[0] - x, end[1] - y, 0.2]}
+        tile = {'name': f'tile_{len(made)}', 'shape': shape, 'friction': 0.3,
+                'initial': {'position': list(middle)}}  # fmt: skip
+        if 'motion' in told:
+            made.append({**tile, 'motion': motion})
+            made[-1]['initial']['velocity'] = list(told.get('velocity', (0, 0, 0)))
+        else:
+            made.append({**tile, **told})
+    return made
+
+
+def test_what_slides_over_tiles_that_move_as_one_does_what_it_does_on_tiles_that_stand():
+    """Where each tile was a body by itself, its face bore what passes left it: 0.02 m/s off."""
+    steady = np.array([0.6, -0.3, 0.2])
+    load = free(position=(-0.4, -0.2, 0.1), velocity=(1.1, 0.4, 0), friction=0.3,
+                shape={'type': 'box', 'size': [0.7, 0.5, 0.2]})  # fmt: skip
+    load['initial']['angular_velocity'] = [0, 0, 3.0]
+    carried = copy.deepcopy(load)
+    carried['initial']['velocity'] = (np.array([1.1, 0.4, 0]) + steady).tolist()
+    still = simulation(*tiles_of(fixed=True), load)
+    moving = simulation(*tiles_of(motion={}, velocity=steady.tolist()), carried)
+    body, worst = len(TILES), 0.0
+    for _ in range(100):
+        still.step()
+        moving.step()
+        apart = moving.state.velocity[body] - steady - still.state.velocity[body]
+        worst = max(worst, np.max(np.abs(apart)))
+    assert worst < 2e-3  # friction at its end feels the last digits of places
+
+
+def test_tiles_that_turn_about_one_point_carry_as_one_body_of_parts_does():
+    """Wherever the point lies that their velocity is told of."""
+    motion = {'point': [0.3, -0.2, -1.0], 'roll': wave(0.1, 2.0), 'heave': wave(0.05, 1.5),
+              'yaw': wave(0.4, 3.0)}  # fmt: skip
+    tiles = tiles_of(motion=motion)
+    parts = [{'shape': tile['shape'], 'position': tile['initial']['position']} for tile in tiles]
+    union = moved(position=(0, 0, 0), shape={'type': 'union', 'parts': parts}, motion=motion,
+                  friction=0.3, center_of_mass=[0, 0, 0])  # fmt: skip
+    load = free(position=(-0.4, -0.2, 0.1), velocity=(1.0, 0.5, 0.2), friction=0.3)
+    of_tiles, of_union = simulation(*tiles, load), simulation(union, load)
+    for _ in range(100):
+        of_tiles.step()
+        of_union.step()
+        assert of_tiles.state.velocity[len(tiles)] == pytest.approx(
+            of_union.state.velocity[1],
+            abs=1e-3,  # faces in another order
+        )

@@ -26,6 +26,11 @@ but points of what lies on its end, within the rim, go round with that.
 
 A belt stands still, but its surface has a velocity along the faces that it runs in: where the
 normal is not square to it, it counts as standing.
+
+What moves as one rigid body is one, also where it is several: the parts of a union, tiles of a
+deck that all have one motion, boxes with one surface velocity. They have one row, about the origin
+of the first of them; so flush ones are one surface, as those that stand. What is round about an
+axis has a row of its own, for its spin.
 """
 
 from __future__ import annotations
@@ -52,13 +57,13 @@ from rigid_body_sim.physics.contact.collision.collider import (
     CYLINDER,
     SPHERE,
     ColliderArrays,
+    type_of,
     world_aabb,
 )
 from rigid_body_sim.physics.contact.collision.face_normal import along_face
 from rigid_body_sim.physics.contact.collision.geometry.manifold import MOST
 from rigid_body_sim.physics.contact.islands import sleep_record
 from rigid_body_sim.physics.contact.solver import (
-    batch_record,
     constraint,
     contact_point,
     friction_patch,
@@ -91,7 +96,8 @@ class PrescribedBodies(NamedTuple):
     """
     What is driven: one-dimensional arrays.
 
-    drives : see `drive`, in the order of their rows
+    drives : see `drive`: in the order of their rows the first, or only one, of each; behind them
+             the others
     paths  : see `model.prescribed_motion`
     moment : scratch of that
     works  : (n,) [J] sum of the work that was done on each other body
@@ -108,6 +114,7 @@ class PrescribedBodies(NamedTuple):
 drive = Record()
 COLLIDER = drive.number('-', 'which collider is driven')
 ROW = drive.number('-', 'its row among the solver bodies')
+FOLLOWS = drive.number('-', '1: the row is that of another one, with which it moves as one')
 PATH = drive.number('-', 'where its path begins; NO_PATH: a belt')
 SURFACE = drive.vector('m/s', 'velocity of the surface of a belt, world axes')
 MEAN_VELOCITY = drive.vector('m/s', 'over the substep under way')
@@ -124,6 +131,12 @@ FACE = (
 ALONG = 1e-6  # [-] of the speed of a belt: how square to it the normal of a face is
 NO_VECTOR = (0.0, 0.0, 0.0)
 NO_TURN = (0.0, 0.0, 0.0, 1.0)
+ROUND = (SPHERE, CYLINDER, CAPSULE)  # about an axis
+
+
+def _is_same_vector(a: Array, b: Array) -> bool:
+    """Tell whether two vectors are the same to round-off."""
+    return bool(np.all(np.abs(a - b) <= told.ROUND_OFF * np.max(np.abs(a))))
 
 
 def driven_bodies(parts: Sequence[Body], static: int) -> tuple[PrescribedBodies, Indices]:
@@ -135,30 +148,40 @@ def driven_bodies(parts: Sequence[Body], static: int) -> tuple[PrescribedBodies,
     static : index of what cannot move
     """
     rows = np.full(len(parts), static, dtype=np.int64)
-    drives: list[Array] = []
+    firsts: list[Array] = []
+    followers: list[Array] = []
     paths: list[Array] = []
+    known: dict[bytes, list[tuple[int, Array]]] = {}  # rows, by what those that share one have
     for number, part in enumerate(parts):
         if part.motion is None and not any(part.surface_velocity):
             continue
         entry = np.zeros(SIZE)
         entry[COLLIDER] = number
-        entry[ROW] = rows[number] = static + 1 + len(drives)
         if part.motion is None:
-            entry[PATH] = NO_PATH
-            entry[drive.span(SURFACE)] = so3.rotate(
-                part.initial.orientation, np.array(part.surface_velocity)
-            )
+            motion = so3.rotate(part.initial.orientation, np.array(part.surface_velocity))
+            entry[PATH], entry[drive.span(SURFACE)] = NO_PATH, motion
+            same, is_one = b'', _is_same_vector
         else:
+            motion = told.path_of(part, part.shape_position, part.shape_orientation)
             entry[PATH] = sum(map(len, paths))
-            paths.append(told.path_of(part, part.shape_position, part.shape_orientation))
-        drives.append(entry)
-    count = static if drives else 0
+            paths.append(motion)
+            same, is_one = told.what_is_common(motion), told.are_of_one_body
+        alike = [] if type_of(part) in ROUND else known.setdefault(same, [])
+        row = next((row for row, first in alike if is_one(first, motion)), None)
+        if row is None:
+            row = static + 1 + len(firsts)
+            firsts.append(entry)
+            alike.append((row, motion))
+        else:
+            entry[FOLLOWS] = 1.0
+            followers.append(entry)
+        entry[ROW] = rows[number] = row
     driven = PrescribedBodies(
-        drives=np.concatenate([np.zeros(0), *drives]),
+        drives=np.concatenate([np.zeros(0), *firsts, *followers]),
         paths=np.concatenate([np.zeros(0), *paths]),
         moment=np.zeros(told.INSTANT),
         works=np.zeros(static),
-        of_bodies=np.zeros(count),
+        of_bodies=np.zeros(static if firsts else 0),
     )
     return driven, rows
 
@@ -204,6 +227,41 @@ def _begin(row: int, kind: int, bodies: Array) -> None:
     store(bodies, row + solver_bodies.SYMMETRY_AXIS, (0.0, 0.0, 1.0))
 
 
+@inline
+def _put_start(row: int, out: Array, bodies: Array) -> None:
+    """Let a solver body be where a path has it at the start of the tick, and move so."""
+    _put_velocity(row, load(out, told.AT_VELOCITY), load(out, told.AT_SPIN), bodies)
+    change = load(out, told.AT_ANGULAR_ACCELERATION)
+    store(bodies, row + solver_bodies.FREE_ACCELERATION, load(out, told.AT_ACCELERATION))
+    store(bodies, row + solver_bodies.FREE_ANGULAR_ACCELERATION, change)
+    store(bodies, row + solver_bodies.START_POSITION, load(out, told.AT_POSITION))
+    orientation = load_quaternion(out, told.AT_ORIENTATION)
+    store_quaternion(bodies, row + solver_bodies.START_ORIENTATION, orientation)
+
+
+@inline
+def _put_reach(
+    collider: int, row: int, h: float, colliders: ColliderArrays, bodies: Array
+) -> float:  # fmt: skip
+    """Tell detection how a collider moves in a tick [s], by its row; 1: it does."""
+    velocity = scale(HELD, load(bodies, row + solver_bodies.MOMENTUM))
+    spin = scale(HELD, load(bodies, row + solver_bodies.ANGULAR_MOMENTUM))
+    acceleration = load(bodies, row + solver_bodies.FREE_ACCELERATION)
+    change = load(bodies, row + solver_bodies.FREE_ANGULAR_ACCELERATION)
+    center, _ = world_aabb(colliders.local_bounds, collider, colliders.poses)
+    arm = subtract(center, load(bodies, row + solver_bodies.START_POSITION))
+    radius = colliders.local_bounds[collider * bounds_record.SIZE + bounds_record.RADIUS]
+    lever = math.sqrt(dot(arm, arm)) + radius
+    turn = math.sqrt(dot(spin, spin)) + h * math.sqrt(dot(change, change))
+    swept = collider * swept_aabbs.SIZE
+    store(colliders.swept_aabbs, swept + swept_aabbs.VELOCITY, velocity)
+    colliders.swept_aabbs[swept + swept_aabbs.TURNING] = (
+        min(turn * h, 2.0) * lever + math.sqrt(dot(acceleration, acceleration)) * h * h
+    )
+    still = dot(velocity, velocity) + dot(spin, spin) + dot(acceleration, acceleration)
+    return 1.0 if still + dot(change, change) > 0.0 else 0.0
+
+
 @kernel
 def begin_tick(
     time: float, h: float, driven: PrescribedBodies, colliders: ColliderArrays, bodies: Array
@@ -217,41 +275,25 @@ def begin_tick(
         entry = number * SIZE
         collider, row = int(drives[entry + COLLIDER]), int(drives[entry + ROW])
         row *= solver_bodies.SIZE
-        kind = colliders.table[collider * collider_record.SIZE + collider_record.TYPE]
-        _begin(row, kind, bodies)
+        follows = drives[entry + FOLLOWS] == 1.0
+        if not follows:
+            kind = colliders.table[collider * collider_record.SIZE + collider_record.TYPE]
+            _begin(row, kind, bodies)
         if drives[entry + PATH] == NO_PATH:
             velocity = load(drives, entry + SURFACE)
-            _put_velocity(row, velocity, NO_VECTOR, bodies)
-            place = collider * pose.SIZE + pose.POSITION
-            position = load(colliders.poses, place)
-            store(bodies, row + solver_bodies.START_POSITION, position)
-            store(bodies, row + solver_bodies.SUBSTEP_POSITION, position)
             store(drives, entry + MEAN_VELOCITY, velocity)
             drives[entry + MOVES] = 1.0
+            if not follows:
+                _put_velocity(row, velocity, NO_VECTOR, bodies)
+                position = load(colliders.poses, collider * pose.SIZE + pose.POSITION)
+                store(bodies, row + solver_bodies.START_POSITION, position)
+                store(bodies, row + solver_bodies.SUBSTEP_POSITION, position)
             continue
         told.motion_at(paths, int(drives[entry + PATH]), time, out)
-        velocity, spin = load(out, told.AT_VELOCITY), load(out, told.AT_SPIN)
-        acceleration = load(out, told.AT_ACCELERATION)
-        change = load(out, told.AT_ANGULAR_ACCELERATION)
         _put_pose(collider * pose.SIZE, out, colliders.poses)
-        _put_velocity(row, velocity, spin, bodies)
-        store(bodies, row + solver_bodies.FREE_ACCELERATION, acceleration)
-        store(bodies, row + solver_bodies.FREE_ANGULAR_ACCELERATION, change)
-        store(bodies, row + solver_bodies.START_POSITION, load(out, told.AT_POSITION))
-        orientation = load_quaternion(out, told.AT_ORIENTATION)
-        store_quaternion(bodies, row + solver_bodies.START_ORIENTATION, orientation)
-        center, _ = world_aabb(colliders.local_bounds, collider, colliders.poses)
-        arm = subtract(center, load(out, told.AT_POSITION))
-        radius = colliders.local_bounds[collider * bounds_record.SIZE + bounds_record.RADIUS]
-        lever = math.sqrt(dot(arm, arm)) + radius
-        turn = math.sqrt(dot(spin, spin)) + h * math.sqrt(dot(change, change))
-        swept = collider * swept_aabbs.SIZE
-        store(colliders.swept_aabbs, swept + swept_aabbs.VELOCITY, velocity)
-        colliders.swept_aabbs[swept + swept_aabbs.TURNING] = (
-            min(turn * h, 2.0) * lever + math.sqrt(dot(acceleration, acceleration)) * h * h
-        )
-        still = dot(velocity, velocity) + dot(spin, spin) + dot(acceleration, acceleration)
-        drives[entry + MOVES] = 1.0 if still + dot(change, change) > 0.0 else 0.0
+        if not follows:
+            _put_start(row, out, bodies)
+        drives[entry + MOVES] = _put_reach(collider, row, h, colliders, bodies)
 
 
 @kernel
@@ -260,7 +302,7 @@ def begin_substep(time: float, h: float, driven: PrescribedBodies, bodies: Array
     drives, paths, out = driven.drives, driven.paths, driven.moment
     for number in range(len(drives) // SIZE):
         entry = number * SIZE
-        if drives[entry + PATH] == NO_PATH:
+        if drives[entry + PATH] == NO_PATH or drives[entry + FOLLOWS] == 1.0:
             continue
         row = int(drives[entry + ROW]) * solver_bodies.SIZE
         path = int(drives[entry + PATH])
@@ -298,6 +340,8 @@ def end_substep(time: float, driven: PrescribedBodies, bodies: Array) -> None:
     drives, paths, out = driven.drives, driven.paths, driven.moment
     for number in range(len(drives) // SIZE):
         entry = number * SIZE
+        if drives[entry + FOLLOWS] == 1.0:
+            continue
         row = int(drives[entry + ROW]) * solver_bodies.SIZE
         if drives[entry + PATH] == NO_PATH:
             _put_velocity(row, load(drives, entry + SURFACE), NO_VECTOR, bodies)
@@ -384,18 +428,25 @@ def _half_turn_of(number: int, static: int, bodies: Array) -> Any:
 
 @inline
 def _is_face(
-    lane: int, number: int, drives: Array, colliders: ColliderArrays, rows: Array
+    record: int, lane: int, whose: Any, drives: Array, colliders: ColliderArrays,
+    constraints: Constraints,
 ) -> bool:  # fmt: skip
-    """Tell whether the normal of a constraint belongs to a face of a driven body that moves."""
+    """
+    Tell whether the normal of a manifold (where it begins: record), and of its constraint, belongs
+    to a face of a driven body that moves; whose: see `_number_of`.
+    """
+    number, sign = whose
     if drives[number * SIZE + PATH] == NO_PATH:
         return False
-    collider = int(drives[number * SIZE + COLLIDER])
+    side = 0 if sign > 0.0 else 1
+    collider = int(constraints.manifolds[record + manifold_record.COLLIDER_A + side])
+    rows = constraints.rows
     return along_face(collider, vector(rows, lane + constraint.NORMAL), colliders) >= FACE
 
 
 @kernel
 def turn_faces(
-    batch_count: int, static: int, driven: PrescribedBodies, colliders: ColliderArrays,
+    manifold_count: int, static: int, driven: PrescribedBodies, colliders: ColliderArrays,
     constraints: Constraints, bodies: Array,
 ) -> None:  # fmt: skip
     """
@@ -406,17 +457,18 @@ def turn_faces(
     static    : index of what cannot move
     colliders : where they are at the start of the tick
     """
-    batches, rows = constraints.batches, constraints.rows
-    for batch in range(batch_count):
-        record = batch * batch_record.SIZE
-        begin = batches[record + batch_record.BEGIN]
-        for lane in range(begin, begin + batches[record + batch_record.LANE_COUNT]):
-            number, _ = _number_of(lane, static, rows)
-            if number < 0 or not _is_face(lane, number, driven.drives, colliders, rows):
-                continue
-            half = _half_turn_of(number, static, bodies)
-            for field in (constraint.NORMAL, constraint.TANGENT_1, constraint.TANGENT_2):
-                put_vector(rows, lane + field, told.turned(half, vector(rows, lane + field)))
+    manifolds, rows = constraints.manifolds, constraints.rows
+    for m in range(manifold_count):
+        record = m * manifold_record.SIZE
+        lane = int(manifolds[record + manifold_record.LANE])
+        number, sign = _number_of(lane, static, rows)
+        if number < 0 or not _is_face(
+            record, lane, (number, sign), driven.drives, colliders, constraints
+        ):
+            continue
+        half = _half_turn_of(number, static, bodies)
+        for field in (constraint.NORMAL, constraint.TANGENT_1, constraint.TANGENT_2):
+            put_vector(rows, lane + field, told.turned(half, vector(rows, lane + field)))
 
 
 @inline
@@ -516,7 +568,7 @@ def find_works(
         else:
             x, y, z, w = _half_turn_of(number, static, bodies)
             of_arm = (-x, -y, -z, w)
-            if _is_face(lane, number, drives, colliders, rows):
+            if _is_face(record, lane, (number, sign), drives, colliders, constraints):
                 of_axes = of_arm
         points = int(manifolds[record + manifold_record.POINT_COUNT])
         work = 0.0

@@ -1047,13 +1047,15 @@ def _follow_and_relax(
         variable_mass.scale_to_present_mass(flows, bodies)
     if DRIVES:
         prescribed_bodies.turn_faces(
-            batch_count, motion.body_count, driven, colliders, constraints, bodies
-        )
+            counts[tick_counts.MANIFOLDS], motion.body_count, driven, colliders, constraints,
+            bodies,
+        )  # fmt: skip
     update_separation(lanes, batch_count, rows, scratch, batches, bodies)
     if DRIVES:
         prescribed_bodies.turn_faces(
-            batch_count, motion.body_count, driven, colliders, constraints, bodies
-        )
+            counts[tick_counts.MANIFOLDS], motion.body_count, driven, colliders, constraints,
+            bodies,
+        )  # fmt: skip
     goes_on, further, iteration = True, 0, 0
     while goes_on:
         rest = REST if iteration + 1 < relaxations else (STIRRED if further == 0 else NEAR)

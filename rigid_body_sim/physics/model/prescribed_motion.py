@@ -65,6 +65,7 @@ SHORT_ROW, LONG_ROW = 4, 7  # numbers of a row of a table: time and path, withou
 CUBIC = 4  # coefficients
 LONGEST = LONGEST_NS * 1e-9  # [s] of a run
 NEAR = 1e-9  # [s] a tick so near to an end of a table is at it: times of ticks are rounded
+ROUND_OFF = 1e-12  # [-] of places and arms: points about which bodies turn that are one
 LARGEST = 1e150  # [m, rad, s^-n] of what a motion is made of: products of two are finite
 
 head = Record()
@@ -253,6 +254,37 @@ def path_of(body: Body, point: Vector, turn: Any = so3.IDENTITY) -> Array:
         intervals = _intervals(motion)
         numbers_of_head[INTERVALS] = len(motion.table) - 1
     return np.concatenate((numbers_of_head, np.array(waves, dtype=np.float64).ravel(), intervals))
+
+
+def _turns(path: Array) -> bool:
+    """Tell whether the body of a path ever turns."""
+    waves = path[HEAD : HEAD + WAVE * int(path[WAVES])].reshape(-1, WAVE)
+    if np.any(path[head.span(SPIN)]) or np.any(waves[waves[:, WAY] > 2, AMPLITUDE]):
+        return True
+    begin = HEAD + waves.size
+    intervals = path[begin : begin + INTERVAL * int(path[INTERVALS])].reshape(-1, INTERVAL)
+    return bool(np.any(intervals[:, COEFFICIENTS + 3 * CUBIC :]))
+
+
+def what_is_common(path: Array) -> bytes:
+    """Give what the paths of all points of a body have in common."""
+    of_all = path.copy()
+    for begin, end in ((POSITION, VELOCITY), (ARM, WAVES)):
+        of_all[begin:end] = 0.0
+    return (of_all + 0.0).tobytes()  # of the two zeros one
+
+
+def are_of_one_body(path: Array, other: Array) -> bool:
+    """
+    Tell whether points with these paths, whose `what_is_common` is the same, keep their place to
+    each other: where nothing turns, or all turn about one point.
+    """
+    if not _turns(path):
+        return True
+    place, of_other = path[head.span(POSITION)], other[head.span(POSITION)]
+    arms = np.concatenate((path[head.span(ARM)], other[head.span(ARM)]))
+    size = max(np.max(np.abs(place)), np.max(np.abs(arms)))
+    return bool(np.all(np.abs(place - of_other) <= ROUND_OFF * size))
 
 
 def from_end_of_table(path: Array, time: float) -> float:

@@ -34,7 +34,10 @@ find_points = slot('kernel (a, b, normal, flights): lists the points at which tw
 
 @inline
 def _side_of(collider: int, flights: Flights) -> int:
-    """Name the rigid body that a collider is of: all that stands still is one."""
+    """
+    Name the rigid body that a collider is of: all that stands still is one, and all that is moved
+    as one (`prescribed_bodies`).
+    """
     body = body_of(collider, flights)
     if body != event_lists.NOBODY:
         return body

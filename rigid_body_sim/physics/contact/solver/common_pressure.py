@@ -91,7 +91,9 @@ def _owner(record: int, table: Indices, manifolds: Array) -> Any:
 
 @inline
 def _other(record: int, side: int, manifolds: Array, rows: Array) -> float:
-    """Where the other body begins: all that cannot move is one, each that is driven its own."""
+    """
+    Where the other body begins: all that cannot move is one, and all that is moved as one is one.
+    """
     lane = int(manifolds[record + manifold_record.LANE])
     return rows[lane + (constraint.BODY_B if side == 0 else constraint.BODY_A)]
 

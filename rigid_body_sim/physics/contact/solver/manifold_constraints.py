@@ -296,9 +296,17 @@ def _first_tangent(normal: Any) -> Any:
 
 
 @inline
-def _center(number: int, core: int, translation: Array, poses: Array) -> Any:
-    """Centre of mass of the body of a collider; of what cannot move, the origin of its shape."""
+def _center(
+    number: int, core: int, table: Indices, translation: Array, poses: Array, bodies: Array
+) -> Any:  # fmt: skip
+    """
+    Centre of mass of the body of a collider; of what is moved as told the point that its row tells
+    of; of what cannot move the origin of its shape.
+    """
     if core < 0:
+        row = collider_record.solver_body(number, table) * solver_bodies.SIZE
+        if _is_driven(core, row, bodies):
+            return load(bodies, row + solver_bodies.START_POSITION)
         return load(poses, number * pose.SIZE)
     return load_strided(translation, at(core, TRANSLATION) + RX, LANES)
 
@@ -361,8 +369,8 @@ def prepare_points(
         b = int(manifolds[record + manifold_record.COLLIDER_B])
         core_a = table[a * collider_record.SIZE + collider_record.BODY]
         core_b = table[b * collider_record.SIZE + collider_record.BODY]
-        center_a = _center(a, core_a, translation, poses)
-        center_b = _center(b, core_b, translation, poses)
+        center_a = _center(a, core_a, table, translation, poses, bodies)
+        center_b = _center(b, core_b, table, translation, poses, bodies)
         # on the surface of the body that moves: the point midway serves the balance of angular
         # momentum, which what cannot move does not keep
         shift = -0.5 if core_b < 0 else (0.5 if core_a < 0 else 0.0)
