@@ -182,3 +182,23 @@ def test_what_falls_flat_on_tiles_that_move_as_one_does_not_turn(how):
         sim.step()
     assert sim.state.angular_velocity[4] == pytest.approx(np.zeros(3), abs=1e-12)
     assert sim.state.velocity[4, 2] > 0.4
+
+
+@pytest.mark.parametrize('shape', ['box', 'puck'])
+def test_what_slides_over_flush_tiles_is_struck_by_none(shape):
+    """It sinks in by some 1e-7 m, and what is ahead is a wall as high as that: it was stopped."""
+    tiles = [
+        {'name': f'tile_{k}', 'shape': {'type': 'box', 'size': [1, 4, 0.5]}, 'friction': 0.0,
+         'fixed': True, 'initial': {'position': [x, 0, -0.25]}}
+        for k, x in enumerate((-0.5, 0.5))
+    ]  # fmt: skip
+    load = ball(0.1, velocity=(1.5, 0.4, 0), turn=(0, 0, 2.0), mu=0.0, e=0.0, x=-0.145)
+    load['shape'] = {'type': 'box', 'size': [0.2, 0.2, 0.2]}
+    if shape == 'puck':
+        load['shape'] = {'type': 'cylinder', 'radius': 0.12, 'length': 0.2}
+    sim = simulation(*tiles, load)
+    for _ in range(20):
+        sim.step()
+        assert len(sim.impacts()) == 0
+    assert sim.state.velocity[2] == pytest.approx([1.5, 0.4, 0], abs=1e-12)
+    assert sim.state.angular_velocity[2] == pytest.approx([0, 0, 2.0], abs=1e-12)

@@ -219,7 +219,9 @@ class ContactWorld:
             RECYCLES=self._recycles,
             drift_rotation=self._integrator.scheme.drift_rotation,
             evaluate=_nothing if evaluate is None else evaluate,
-            **manifold_finder(pairs, holds=self._holds, recycles=self._recycles),
+            **manifold_finder(
+                pairs, holds=self._holds, recycles=self._recycles, events=self._events
+            ),
             **{'apply_restitution': _nothing, **iterations},
             **self._impacts_of(pairs),
         )

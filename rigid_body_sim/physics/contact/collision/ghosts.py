@@ -98,9 +98,11 @@ ASKED = 1.0  # would bind
 CERTAIN = 2.0  # would bind, and no other covers it
 DOUBTFUL = 3.0  # would bind, and only others that would bind cover it
 DROPPED = 4.0
+COVERED = 5.0  # dropped, but kept in the list for impacts at their instants: see `_note_covers`
 NONE = -1.0  # in place of a manifold
 
 GROUND = slot('[-] whether some collider is ground of triangles')
+EVENTS = slot('[-] whether impacts come at their instants')
 misses = slot('kernel (a, b, count, horizon, normal, ...): tells whether a pair misses')
 ground_misses = slot('kernel (a, b, record, ...): tells whether a body misses ground')
 
@@ -535,6 +537,46 @@ def _take_out(
 
 
 @kernel
+def _note_covers(
+    record: int, side: int, normal: Any, nearest: Any, horizon: float, colliders: ColliderArrays,
+    bodies: Array, manifolds: Array,
+) -> None:  # fmt: skip
+    """
+    Keep a covered manifold that was taken out in the list, without points, if both colliders are
+    convex: the two do not meet as long as one of its covers carries (`events.impact_queue`). In
+    place of its points behind the first one it names their pairs.
+
+        normal, nearest : normal, place of the first point and its separation before it was
+    """
+    table = colliders.table
+    collider_b = int(manifolds[record + manifold_record.COLLIDER_B])
+    if table[collider_b * collider_record.SIZE + collider_record.TYPE] == SURFACE:
+        return
+    manifolds[record + manifold_record.STATE] = COVERED
+    manifolds[record + manifold_record.POINT_COUNT] = 0.0
+    manifolds[record + manifold_record.PIECES] = manifold_record.COVERED
+    store(manifolds, record + manifold_record.NORMAL, normal)
+    store(manifolds, record + manifold_record.POINTS + POSITION, nearest[0])
+    manifolds[record + manifold_record.POINTS + SEPARATION] = nearest[1]
+    body = _body_of(int(manifolds[record + manifold_record.COLLIDER_A + side]), table)
+    cover = int(bodies[body * solver_bodies.SIZE + solver_bodies.FIRST_MANIFOLD])
+    count = 0
+    while cover >= 0:
+        first = int(manifolds[cover + manifold_record.COLLIDER_A])
+        side_c = 0 if _body_of(first, table) == body else 1
+        if (
+            count < manifold_record.MOST_COVERS
+            and manifolds[cover + manifold_record.STATE] < DROPPED
+            and _is_covered_by(record, side, cover, side_c, horizon, colliders, bodies, manifolds)
+        ):
+            pair = manifolds[cover + manifold_record.PAIR_ID]
+            manifolds[record + manifold_record.COVERS + count] = pair
+            count += 1
+        cover = int(manifolds[cover + manifold_record.NEXT_OF_A + side_c])
+    manifolds[record + manifold_record.COVER_COUNT] = float(count)
+
+
+@kernel
 def _settle(
     length: int, asked: float, least: float, most: float, found: float, none: float,
     horizon: float, colliders: ColliderArrays, bodies: Array, manifolds: Array,
@@ -543,7 +585,7 @@ def _settle(
     Look for covers of all manifolds of a state, among those of some states; return how many have
     the state that is asked or is doubtful afterwards.
 
-        found, none : new states of what is covered (DROPPED: take it out) and what is not
+        found, none : new states of what is covered (DROPPED, COVERED: take it out) and what is not
     """
     left = 0
     for index in range(length):
@@ -555,8 +597,15 @@ def _settle(
             cover = _find_cover(record, side, least, most, horizon, colliders, bodies, manifolds)
             if cover >= 0:
                 manifolds[record + manifold_record.STATE] = found
-                if found == DROPPED:
+                if found >= DROPPED:
+                    normal = load(manifolds, record + manifold_record.NORMAL)
+                    place = record + manifold_record.POINTS
+                    nearest = load(manifolds, place + POSITION), manifolds[place + SEPARATION]
                     _take_out(record, side, cover // 2, cover % 2, colliders, bodies, manifolds)
+                    if found == COVERED and manifolds[record + manifold_record.STATE] == DROPPED:
+                        _note_covers(
+                            record, side, normal, nearest, horizon, colliders, bodies, manifolds
+                        )
                     manifolds[cover // 2 + manifold_record.STATE] = CARRIES
                 break
         state = manifolds[record + manifold_record.STATE]
@@ -597,6 +646,7 @@ def _drop_ghosts(
     """
     horizon = h + substep
     stretch = horizon / h
+    gone = COVERED if EVENTS else DROPPED
     asked = 0
     for index in range(length):
         record = index * manifold_record.SIZE
@@ -630,7 +680,7 @@ def _drop_ghosts(
     if asked > 0:
         _link(length, colliders.table, bodies, manifolds)
         asked = _settle(
-            length, ASKED, CARRIES, CARRIES, DROPPED, ASKED, horizon, colliders, bodies, manifolds
+            length, ASKED, CARRIES, CARRIES, gone, ASKED, horizon, colliders, bodies, manifolds
         )
     if asked > 0:
         asked = _settle(
@@ -639,19 +689,25 @@ def _drop_ghosts(
         )  # fmt: skip
     if asked > 0:
         asked = _settle(
-            length, DOUBTFUL, CERTAIN, CERTAIN, DROPPED, DOUBTFUL, horizon, colliders, bodies,
+            length, DOUBTFUL, CERTAIN, CERTAIN, gone, DOUBTFUL, horizon, colliders, bodies,
             manifolds,
         )  # fmt: skip
     if asked > 0:
         _settle(
-            length, DOUBTFUL, CARRIES, DOUBTFUL, DROPPED, CERTAIN, horizon, colliders, bodies,
+            length, DOUBTFUL, CARRIES, DOUBTFUL, gone, CERTAIN, horizon, colliders, bodies,
             manifolds,
         )  # fmt: skip
     return _close_up(length, manifolds, pieces)
 
 
 def ghost_dropper(
-    name: str, collide: Callable[..., Any], *, ground: bool, cylinders: bool, true_shapes: bool
+    name: str,
+    collide: Callable[..., Any],
+    *,
+    ground: bool,
+    cylinders: bool,
+    true_shapes: bool,
+    events: bool,
 ) -> Callable[..., Any]:
     """
     Make the kernel that takes ghosts out, with the pair kernels of a scene.
@@ -659,11 +715,17 @@ def ghost_dropper(
         ground      : whether some collider is ground of triangles
         cylinders   : whether some is a cylinder
         true_shapes : whether some is a cylinder or a hull
+        events      : whether impacts come at their instants
     """
     misses = miss_finder(name, collide, cylinders=cylinders, true_shapes=true_shapes)
     of_ground = misses
     if ground:
         of_ground = ground_miss_finder(name, collide, true_shapes=true_shapes)
     return specialise(
-        _drop_ghosts, name=name, GROUND=ground, misses=misses, ground_misses=of_ground
+        _drop_ghosts,
+        name=name,
+        GROUND=ground,
+        EVENTS=events,
+        misses=misses,
+        ground_misses=of_ground,
     )

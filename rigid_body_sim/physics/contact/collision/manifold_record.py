@@ -17,7 +17,9 @@ COLLIDER_A = manifold.number('-', 'number of collider A; type of A <= type of B'
 COLLIDER_B = manifold.number('-', 'number of collider B')
 POINT_COUNT = manifold.number('-', 'points, at most four')
 NORMAL = manifold.vector('-', 'unit normal from A to B, world axes')
-PIECES = manifold.number('-', 'into so many its motion wants the tick cut, if the pair hits')
+PIECES = manifold.number(
+    '-', 'into so many its motion wants the tick cut, if the pair hits; COVERED: see there'
+)
 RECYCLED = manifold.number('-', 'where its record begins in those of `recycling`, or -1')
 FACE_AREA = manifold.number('m^2', 'of the face that touches: see `geometry.manifold`')
 FACE_RADIUS = manifold.number('m', 'mean distance of the face from its middle')
@@ -33,3 +35,10 @@ STATE = manifold.number('-', 'what is known of it while ghosts are looked for: `
 NEXT_OF_A = manifold.number('-', 'where the next manifold of the body of A begins, or -1')
 NEXT_OF_B = manifold.number('-', 'the same of B')
 SIZE = manifold.padding(40)  # five cache lines
+
+# of a manifold that others cover, while impacts are looked for: in place of its pieces, and of all
+# points but the first; `ghosts`
+COVERED = 0.0
+COVER_COUNT = POINTS + POINT
+COVERS = COVER_COUNT + 1  # the pairs of those
+MOST_COVERS = (MOST - 1) * POINT - 1

@@ -383,13 +383,18 @@ def close_up(parts: int, pairs_of_part: int, counts: Indices, manifolds: Array) 
 
 
 def manifold_finder(
-    kernels: Sequence[tuple[int, int, Callable[..., Any]]], *, holds: bool, recycles: bool
+    kernels: Sequence[tuple[int, int, Callable[..., Any]]],
+    *,
+    holds: bool,
+    recycles: bool,
+    events: bool,
 ) -> dict[str, Any]:
     """
     Make what finds the manifolds of a scene with these pair kernels, by name.
 
     holds    : whether points of some pairs depend on those of the last tick
     recycles : whether manifolds of some pairs follow their bodies
+    events   : whether impacts come at their instants
     """
     name = '_'.join(f'{type_a}{type_b}' for type_a, type_b, _ in kernels)
     collide = collider_of_pairs(kernels)
@@ -405,6 +410,7 @@ def manifold_finder(
             collide=collide, ground_misses=ground_misses,
         ),
         'drop_ghosts': ghost_dropper(
-            name, collide, ground=ground, cylinders=cylinders, true_shapes=true_shapes
+            name, collide, ground=ground, cylinders=cylinders, true_shapes=true_shapes,
+            events=events,
         ),
     }  # fmt: skip

@@ -140,6 +140,32 @@ def _moves(collider: int, body: int, flights: Flights) -> bool:
     return body < 0 and flights.bodies[row + solver_bodies.INVERSE_MASS] != 0.0
 
 
+@inline
+def _is_covered(record: int, manifolds: Array) -> bool:
+    """Tell whether a manifold of the list is one without points that another one covers."""
+    return bool(manifolds[record + manifold_record.PIECES] == manifold_record.COVERED)
+
+
+@kernel
+def _is_carried_before(record: int, manifolds: Array, counts: Indices) -> bool:
+    """
+    Tell whether something that covers a manifold carries load: then the two do not meet, for it
+    keeps the body in front of a plane behind which the other one lies. What sinks in meanwhile
+    would strike the side of a flush tile else.
+    """
+    if not _is_covered(record, manifolds):
+        return False
+    for m in range(counts[tick_counts.MANIFOLDS]):
+        place = m * manifold_record.SIZE
+        if manifolds[place + manifold_record.STATE] != KEPT:
+            continue
+        for cover in range(int(manifolds[record + manifold_record.COVER_COUNT])):
+            pair = manifolds[record + manifold_record.COVERS + cover]
+            if manifolds[place + manifold_record.PAIR_ID] == pair:
+                return True
+    return False
+
+
 @kernel
 def mark_loaded(
     h: float, manifolds: Array, cache: Array, flights: Flights, counts: Indices
@@ -153,6 +179,8 @@ def mark_loaded(
     for m in range(count):
         record = m * manifold_record.SIZE
         manifolds[record + manifold_record.STATE] = DROPPED
+        if _is_covered(record, manifolds):
+            continue
         pair = manifolds[record + manifold_record.PAIR_ID]
         while left > 0 and cache[old + cache_record.PAIR_ID] < pair:
             old = cache_record.next_entry(old, cache)
@@ -352,12 +380,15 @@ def _find_events(
         if type_a > type_b or (type_a == type_b and a > b):
             a, b = b, a
             type_a, type_b = type_b, type_a
-        first, kept, parts = m, False, 0
+        first, kept, parts, covered = m, False, 0, False
         while (
             m < manifold_count
             and int(manifolds[m * manifold_record.SIZE + manifold_record.PAIR_ID]) == pair_id
         ):
-            if manifolds[m * manifold_record.SIZE + manifold_record.STATE] == KEPT:
+            if _is_covered(m * manifold_record.SIZE, manifolds):  # the only one of its pair
+                covered = _is_carried_before(m * manifold_record.SIZE, manifolds, counts)
+                first = m + 1
+            elif manifolds[m * manifold_record.SIZE + manifold_record.STATE] == KEPT:
                 kept = True
             else:
                 parts += 1
@@ -368,6 +399,7 @@ def _find_events(
             table[a * collider_record.SIZE + collider_record.STANDS_BACK]
             + table[b * collider_record.SIZE + collider_record.STANDS_BACK]
             == 2
+            or covered
         ):
             continue
         if kept:
