@@ -164,7 +164,7 @@ class CutTicks:
         pieces, readout, h = self._pieces, self._readout, tick.h
         was_piece = pieces.begin_cut()
         reads = []
-        begin, number = 0.0, 0
+        begin, number, struck = 0.0, 0, None
         while True:
             cutting = (
                 tick_counts.ASKS_FOR_CUTS if number < cuts.MOST_CUTS else tick_counts.LEAVES_CUTS
@@ -181,15 +181,23 @@ class CutTicks:
                 reads.append(readout.read_now())
                 pieces.end_piece(cache if length < SHORT * h else None)
             if is_cut:
-                listed = len(readout.impacts)
-                self._meet(tick, begin + length, tick_counts.STRIKES)
-                if len(readout.impacts) == listed:  # nobody approaches where the two touch
+                listed, before = len(readout.impacts), struck
+                struck = self._pair_of_event()
+                again = struck == before and not length > 0.0  # they do not part: the solver's
+                if not again:
+                    self._meet(tick, begin + length, tick_counts.STRIKES)
+                if len(readout.impacts) == listed:  # or nobody approaches where the two touch
                     number = cuts.MOST_CUTS
             begin, number = begin + length, number + 1
             if not is_cut or not begin < h:
                 break
         pieces.end_cut(was_piece, h, reads)
         return 0.0 if status is None else status
+
+    def _pair_of_event(self) -> tuple[float, float]:
+        """Give the colliders of event 0."""
+        event = self._arrays.event_pairs
+        return float(event[flight_record.COLLIDER_A]), float(event[flight_record.COLLIDER_B])
 
     def _reach_impact(self, tick: Tick, begin: float, most: float) -> tuple[float, float, bool]:
         """

@@ -60,6 +60,7 @@ from rigid_body_sim.physics.contact.islands.union_find import find, unite
 from rigid_body_sim.physics.contact.solver import cache_record
 from rigid_body_sim.physics.vectors import dot, load, store, subtract
 
+NOTHING = 1e-9  # [-] of an approach, which is not met where the two touch
 MOST_IMPACTS = 64  # [-] of a pair in a tick; then it is about to rest
 LATE = (
     1.5  # [-] of the tick: so far is asked ahead of what the solver moves, whose forces bend its
@@ -695,10 +696,12 @@ def _follow_impacts(
         time = pairs[row + flight_record.INSTANT]
         number = counts[tick_counts.IMPACTS]
         listed = strike(row, time, pairs[row + flight_record.SLOW], tick, number, flights)
-        if listed == 1 and _is_none(number, flights):
+        taken = _share_taken(row, number, flights)
+        if taken <= NOTHING:
             pairs[row + flight_record.STRUCK_SO_FAR] = float(MOST_IMPACTS)
-        else:
-            counts[tick_counts.IMPACTS] = number + listed
+        if listed == 1 and taken == 0.0:
+            listed = 0
+        counts[tick_counts.IMPACTS] = number + listed
         pairs[row + flight_record.STRUCK_SO_FAR] += 1.0
         _join(body_a, body_b, flights)
         for body in (body_a, body_b):
@@ -941,10 +944,17 @@ def _next_of_cluster(cache: Array, flights: Flights, counts: Indices) -> int:
 
 
 @inline
-def _is_none(number: int, flights: Flights) -> bool:
-    """Tell whether an impact of the list has no impulse."""
+def _share_taken(row: int, number: int, flights: Flights) -> float:
+    """About which share of the approach of a pair an impact of the list takes; 0: no impulse."""
+    pairs, inverse_mass = flights.pairs, 0.0
+    for collider in (flight_record.COLLIDER_A, flight_record.COLLIDER_B):
+        body = body_of(int(pairs[row + collider]), flights)
+        if body >= 0:
+            place = body * flight_record.SIZE + flight_record.INVERSE_MASS
+            inverse_mass += flights.records[place]
     impulse = load(flights.impacts, number * impact_list.SIZE + impact_list.IMPULSE)
-    return dot(impulse, impulse) == 0.0
+    taken = inverse_mass * math.sqrt(dot(impulse, impulse))
+    return taken / pairs[row + flight_record.APPROACH] if taken > 0.0 else 0.0
 
 
 def _find_flush(row: int, cache: Array, flights: Flights, counts: Indices) -> None:
@@ -989,8 +999,10 @@ def _meet_now(strikes: bool, cache: Array, flights: Flights, counts: Indices) ->
             listed = meet_with_load(row, slow, number, cache, flights)
             if listed == NO_LOAD:
                 listed = strike(row, 0.0, slow, 0.0, number, flights)
-            if listed == 1 and _is_none(number, flights):  # where they touch they do not approach
+            taken = _share_taken(row, number, flights)
+            if taken <= NOTHING:  # where they touch they do not approach
                 pairs[row + flight_record.STRUCK_SO_FAR] = float(MOST_IMPACTS)
+            if listed == 1 and taken == 0.0:
                 listed = 0
             counts[tick_counts.IMPACTS] = number + listed
         pairs[row + flight_record.STRUCK_SO_FAR] += 1.0
