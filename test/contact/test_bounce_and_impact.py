@@ -331,7 +331,9 @@ def test_a_bullet_never_passes_a_thin_wall_at_any_step_and_phase(dt, phases, spi
             sim.step()
             x = sim.state.position[:, 0]
             assert x[1] < x[0]
-        assert np.abs(sim.momentum() - before).max() < 1e-12 * np.abs(before).max()
+        # what has just left keeps its contact in the pieces of the tick that follow: round-off of
+        # what presses there meanwhile (1.7e-12; 6e-14 where it had left before)
+        assert np.abs(sim.momentum() - before).max() < 3e-12 * np.abs(before).max()
 
 
 @pytest.mark.parametrize('times', [5, pytest.param(10, marks=pytest.mark.long)])

@@ -834,7 +834,7 @@ def test_a_missing_file_is_named(tmp_path: Path) -> None:
     assert 'nowhere.yaml: cannot be read: No such file' in refusal(tmp_path / 'nowhere.yaml')
     assert 'cannot be read' in refusal(tmp_path)
     assert 'no such file' in refusal('a\0b')
-    assert 'got int; a path' in refusal(3)
+    assert 'got 3; the path of a scene file' in refusal(3)
 
 
 def test_a_mapping_that_is_no_yaml_is_refused() -> None:
