@@ -696,12 +696,7 @@ def _follow_impacts(
         time = pairs[row + flight_record.INSTANT]
         number = counts[tick_counts.IMPACTS]
         listed = strike(row, time, pairs[row + flight_record.SLOW], tick, number, flights)
-        taken = _share_taken(row, number, flights)
-        if taken <= NOTHING:
-            pairs[row + flight_record.STRUCK_SO_FAR] = float(MOST_IMPACTS)
-        if listed == 1 and taken == 0.0:
-            listed = 0
-        counts[tick_counts.IMPACTS] = number + listed
+        _take_listed(row, listed, flights, counts)
         pairs[row + flight_record.STRUCK_SO_FAR] += 1.0
         _join(body_a, body_b, flights)
         for body in (body_a, body_b):
@@ -957,6 +952,19 @@ def _share_taken(row: int, number: int, flights: Flights) -> float:
     return taken / pairs[row + flight_record.APPROACH] if taken > 0.0 else 0.0
 
 
+@inline
+def _take_listed(row: int, listed: int, flights: Flights, counts: Indices) -> None:
+    """
+    Count what an impact has listed, if it has an impulse. Of a pair of whose approach it takes
+    nothing it was the last one: where the two touch they do not approach.
+    """
+    taken = _share_taken(row, counts[tick_counts.IMPACTS], flights)
+    if taken <= NOTHING:
+        flights.pairs[row + flight_record.STRUCK_SO_FAR] = float(MOST_IMPACTS)
+    if listed > 1 or taken > 0.0:
+        counts[tick_counts.IMPACTS] += listed
+
+
 def _find_flush(row: int, cache: Array, flights: Flights, counts: Indices) -> None:
     """Note which other pairs of the two bodies of an event touch now, and approach."""
     pairs = flights.pairs
@@ -999,12 +1007,7 @@ def _meet_now(strikes: bool, cache: Array, flights: Flights, counts: Indices) ->
             listed = meet_with_load(row, slow, number, cache, flights)
             if listed == NO_LOAD:
                 listed = strike(row, 0.0, slow, 0.0, number, flights)
-            taken = _share_taken(row, number, flights)
-            if taken <= NOTHING:  # where they touch they do not approach
-                pairs[row + flight_record.STRUCK_SO_FAR] = float(MOST_IMPACTS)
-            if listed == 1 and taken == 0.0:
-                listed = 0
-            counts[tick_counts.IMPACTS] = number + listed
+            _take_listed(row, listed, flights, counts)
         pairs[row + flight_record.STRUCK_SO_FAR] += 1.0
         event = next_of_cluster(cache, flights, counts)
         if event == event_lists.NO_EVENT:
