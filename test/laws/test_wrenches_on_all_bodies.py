@@ -71,6 +71,33 @@ def test_other_rows_in_each_tick_are_other_calls_for_each_body(frame):
         assert np.array_equal(steady.applied_wrench(), one_by_one.applied_wrench())
 
 
+@pytest.mark.parametrize('kind', ['i8', 'u2', 'f4', 'O', np.longdouble, 'masked', 'tuples'])
+def test_numbers_of_any_kind_in_each_tick_are_those_of_doubles(kind):
+    """
+    Also what is none, in the middle of a quick sequence of others, is refused and changes nothing.
+    """
+    doubles, of_kind, one_by_one = (Simulation(SCENE) for _ in range(3))
+    for tick in range(12):
+        force = np.abs(np.round(FORCE)) * (tick % 5)
+        given = force if kind in ('masked', 'tuples') else force.astype(kind)
+        if kind == 'masked':
+            given = np.ma.masked_array(force)
+        elif kind == 'tuples':
+            given = [tuple(int(x) for x in row) for row in force]
+        doubles.set_wrenches(force=force)
+        of_kind.set_wrenches(force=given)
+        for body, row in zip(SCENE.bodies, given, strict=True):
+            if not body.fixed:
+                one_by_one.set_wrench(body.name, force=row)
+        with pytest.raises(InvalidModel):
+            one_by_one.set_wrench('plate', force=(10**400, 0, True))
+        with pytest.raises(InvalidModel):
+            of_kind.set_wrenches(force=force > 0)
+        for simulation in (doubles, of_kind, one_by_one):
+            simulation.step(1)
+        assert doubles.state_bytes() == of_kind.state_bytes() == one_by_one.state_bytes()
+
+
 def test_it_replaces_what_it_held_and_lets_go_of_all_without_arguments():
     simulation = Simulation(SCENE)
     simulation.set_wrenches(force=FORCE, torque=TORQUE)

@@ -21,6 +21,7 @@ from rigid_body_sim.physics.contact.collision.geometry import manifold
 from rigid_body_sim.physics.contact.energy.scratch import OF_MOMENTUM, OF_PLACE, TAKEN
 from rigid_body_sim.physics.contact.solver import constraint, contact_point
 from rigid_body_sim.physics.model import rotation as so3
+from rigid_body_sim.physics.model.plain_products import cross
 from rigid_body_sim.physics.state.contacts import NO_CONTACTS, Contacts
 
 Array = NDArray[np.float64]
@@ -152,7 +153,7 @@ def with_taken_back(
 
 def _vectors(array: Array, places: Indices, stride: int, count: int = 3) -> Array:
     """Read vectors (n, count) that begin at places, their numbers a stride apart."""
-    return np.stack([array[places + stride * axis] for axis in range(count)], axis=1)
+    return array[places[:, None] + stride * np.arange(count)]
 
 
 def _points(
@@ -204,10 +205,10 @@ def _turned(bodies: Array, body: Indices, arm: Array) -> Array:
     whole = so3.rotate(turn, so3.rotate(substep, so3.rotate_back(before, arm)))
     axis = _vectors(bodies, body + solver_bodies.SYMMETRY_AXIS, 1)
     old, new = so3.rotate(before, axis), so3.rotate(turn, so3.rotate(substep, axis))
-    cross = np.cross(old, new)
+    axes = cross(old, new)
     share = 1.0 / (1.0 + np.maximum(np.sum(old * new, axis=1), 0.0))
-    across = np.cross(cross, arm)
-    of_axis = arm + across + share[:, None] * np.cross(cross, across)
+    across = cross(axes, arm)
+    of_axis = arm + across + share[:, None] * cross(axes, across)
     symmetry = bodies[body + solver_bodies.SYMMETRY][:, None]
     turned = np.where(symmetry == solver_bodies.ABOUT_AXIS, of_axis, arm)
     return np.where(symmetry == solver_bodies.AS_IT_IS, whole, turned)

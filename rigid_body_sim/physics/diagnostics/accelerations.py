@@ -16,6 +16,7 @@ from rigid_body_sim.physics.forces.acting_elements import ActingElements
 from rigid_body_sim.physics.integration.schemes.steps import start_evaluation
 from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.physics.model.inertia_over_time import rates_at
+from rigid_body_sim.physics.model.plain_products import cross
 from rigid_body_sim.physics.state.blocks import (
     ANGULAR_MOMENTUM,
     FORCE,
@@ -57,11 +58,12 @@ def accelerations_now(
     )
     moments = gather(rotation, ROTATION, MOMENTS, 3, n_rigid)  # those of the instant
     omega = momentum / moments
-    spin = torque - np.cross(omega, momentum)
+    spin = torque - cross(omega, momentum)
     for core in range(n_rigid):
         law = layout.body(core).inertia_over_time
         if law is not None:
             spin[core] -= rates_at(law, time) * omega[core]
     angular = so3.rotate(q, spin / moments)
-    acting.pivots.accelerate(linear, angular, q, so3.rotate(q, omega))
+    if acting.pivots.count:
+        acting.pivots.accelerate(linear, angular, q, so3.rotate(q, omega))
     return linear, angular

@@ -29,6 +29,7 @@ from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.physics.model.inertia_over_time import changing
 from rigid_body_sim.physics.model.numbers import exact_sum
 from rigid_body_sim.physics.model.place import WORLD
+from rigid_body_sim.physics.model.plain_products import cross
 from rigid_body_sim.physics.model.scene import Body, Scene
 from rigid_body_sim.physics.model.shapes import Particles
 from rigid_body_sim.physics.model.variable_mass import flow_of
@@ -183,7 +184,7 @@ def _is_obstacle(body: Body) -> bool:
 
 def _orbital(position: Array, momentum: Array) -> Array:
     """Sum of r x p."""
-    return np.cross(position, momentum).sum(axis=0)
+    return cross(position, momentum).sum(axis=0)
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.physics.model.numbers import shown
+from rigid_body_sim.physics.model.plain_products import cross
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.state.snapshot import State
 
@@ -80,11 +81,11 @@ def motion_of(simulation: Moving, body: str, point: ArrayLike) -> PointMotion:
     arm = points - simulation.scene.bodies[index].center_of_mass
     arm = so3.rotate(state.orientation[index], arm)
     omega = state.angular_velocity[index]
-    spin = np.cross(omega, arm)
+    spin = cross(omega, arm)
     return PointMotion(
         state.position[index] + arm,
         state.velocity[index] + spin,
-        linear[index] + np.cross(angular[index], arm) + np.cross(omega, spin),
+        linear[index] + cross(angular[index], arm) + cross(omega, spin),
     )
 
 

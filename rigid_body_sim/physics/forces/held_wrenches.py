@@ -38,6 +38,7 @@ from rigid_body_sim.physics.model.numbers import (
     SixFloats,
     array_of_numbers,
     checked_vector,
+    in_doubles,
     is_list,
     shown,
     two_vectors,
@@ -553,11 +554,13 @@ class HeldWrenches:
             force = self._nothing
         if torque is None:
             torque = self._nothing
-        if not (
-            force.__class__ is torque.__class__ is _Array
-            and force.shape == shape == torque.shape
-            and force.dtype is torque.dtype is FLOATS
-        ):
+        if not force.__class__ is torque.__class__ is _Array:
+            return False
+        if not force.dtype is torque.dtype is FLOATS:
+            force, torque = in_doubles(force), in_doubles(torque)
+            if not force.dtype is torque.dtype is FLOATS:
+                return False
+        if not force.shape == shape == torque.shape:
             return False
         self._changed = None  # an interrupt before all is there has `write` do it
         if take(flat(force), flat(torque)) != 0:
@@ -582,6 +585,7 @@ class HeldWrenches:
             values = self._nothing
         if values.__class__ is not _Array or values.shape != self._shape:
             return None
+        values = in_doubles(values)
         return flat(values) if values.dtype is FLOATS else None
 
     def _checked_rows(self, force: Any, torque: Any, *, turns: bool) -> tuple[Array, Array]:

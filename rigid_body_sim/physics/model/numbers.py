@@ -20,9 +20,11 @@ from rigid_body_sim.physics.errors import InvalidModel
 NUMBERS = (int, float, np.integer, np.floating)
 NONE = (bool, np.timedelta64)  # which are of those classes, and no numbers
 USUAL = frozenset((float, np.float64))  # what they are as a rule
+OF_COMMANDS = USUAL | {int, np.int64, np.float32}  # and as who writes a controller gives them
 FLOATS = np.dtype(np.float64)
 _Array = np.ndarray
 SixFloats = tuple[float, float, float, float, float, float]
+REAL = 'iuf'  # kinds of dtypes: whole, unsigned, floating
 COUNTS = {3: 'three', 4: 'four'}
 
 
@@ -105,16 +107,26 @@ def two_vectors(first: Any, second: Any) -> SixFloats | None:
             return None
     except (TypeError, ValueError):  # an array or a list of another shape
         return None
-    if not (a.__class__ is b.__class__ is c.__class__ is float):
-        if not (a.__class__ in USUAL and b.__class__ in USUAL and c.__class__ in USUAL):
-            return None
-        a, b, c = float(a), float(b), float(c)
-    if not (x.__class__ is y.__class__ is z.__class__ is float):
-        if not (x.__class__ in USUAL and y.__class__ in USUAL and z.__class__ in USUAL):
-            return None
-        x, y, z = float(x), float(y), float(z)
+    try:
+        if not (a.__class__ is b.__class__ is c.__class__ is float):
+            known = OF_COMMANDS
+            if not (a.__class__ in known and b.__class__ in known and c.__class__ in known):
+                return None
+            a, b, c = float(a), float(b), float(c)
+        if not (x.__class__ is y.__class__ is z.__class__ is float):
+            known = OF_COMMANDS
+            if not (x.__class__ in known and y.__class__ in known and z.__class__ in known):
+                return None
+            x, y, z = float(x), float(y), float(z)
+    except OverflowError:  # a whole number beyond the floats
+        return None
     total = a + b + c + x + y + z
     return (a, b, c, x, y, z) if total - total == 0.0 else None  # no infinity, and a number
+
+
+def in_doubles(values: np.ndarray) -> np.ndarray:
+    """Return an array of real numbers in 64 bits; of anything else, as it is."""
+    return values.astype(FLOATS) if values.dtype.kind in REAL else values
 
 
 def array_of_numbers(values: Any) -> np.ndarray | None:

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model.numbers import numbers
+from rigid_body_sim.physics.model.plain_products import cross
 
 Array = NDArray[np.float64]
 
@@ -47,18 +48,6 @@ def multiply(p: ArrayLike, q: ArrayLike) -> Array:
     return out
 
 
-def _cross(a: Array, b: Array) -> Array:
-    """Return a x b, (..., 3) each: the bits of np.cross, in a fifth of its time."""
-    a0, a1, a2 = a[..., 0], a[..., 1], a[..., 2]
-    b0, b1, b2 = b[..., 0], b[..., 1], b[..., 2]
-    x = a1 * b2 - a2 * b1
-    out = np.empty((*np.shape(x), 3))
-    out[..., 0] = x
-    out[..., 1] = a2 * b0 - a0 * b2
-    out[..., 2] = a0 * b1 - a1 * b0
-    return out
-
-
 def conjugate(q: ArrayLike) -> Array:
     """Return the inverse attitude of unit quaternions q : (..., 4) [-]: world to body."""
     return np.asarray(q, dtype=np.float64) * _INVERSE
@@ -75,8 +64,8 @@ def rotate(q: ArrayLike, v_body: ArrayLike) -> Array:
     q = np.asarray(q, dtype=np.float64)
     v_body = np.asarray(v_body, dtype=np.float64)
     u, w = q[..., :3], q[..., 3:]
-    t = 2.0 * _cross(u, v_body)
-    return v_body + w * t + _cross(u, t)
+    t = 2.0 * cross(u, v_body)
+    return v_body + w * t + cross(u, t)
 
 
 def rotate_back(q: ArrayLike, v: ArrayLike) -> Array:

@@ -9,6 +9,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from rigid_body_sim.physics.model.plain_products import cross
+
 Array = NDArray[np.float64]
 
 OF_POINTS = (
@@ -69,7 +71,7 @@ class Contacts:
         force, torque = np.zeros_like(centers), np.zeros_like(centers)
         for side, sign in ((1, 1.0 / dt), (0, -1.0 / dt)):
             body = self.bodies[:, side]
-            about = np.cross(self.point - centers[body], self.impulse) + self.angular_impulse
+            about = cross(self.point - centers[body], self.impulse) + self.angular_impulse
             np.add.at(force, body, sign * self.impulse)
             np.add.at(torque, body, sign * about)
         np.add.at(force, self.damped, self.taken_back[:, :3] / dt)
