@@ -46,26 +46,25 @@ def read(
     found = manifolds[: manifold_count * manifold_record.SIZE].reshape(manifold_count, -1)
     counts = found[:, manifold_record.POINT_COUNT].astype(np.int64)
     owner = np.repeat(np.arange(manifold_count), counts)
-    index = np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
-    place = found[owner, manifold_record.LANE].astype(np.int64)
+    order = np.arange(len(owner))
+    index = order - np.repeat(np.cumsum(counts) - counts, counts)
+    found = found[owner]  # a row for each point
+    place = found[:, manifold_record.LANE].astype(np.int64)
     lane = place % constraint.LANES
     row = place - lane + constraint.SIZE + index * width + lane
-    normal = _vectors(rows, place + constraint.NORMAL, constraint.LANES)
-    impulses = _vectors(rows, row + contact_point.TOTAL_IMPULSE, constraint.LANES) + _vectors(
-        rows, row + contact_point.NORMAL_IMPULSE, constraint.LANES
+    frames, points = _fields(rows, place, constraint.SIZE), _fields(rows, row, width)
+    normal = _vector(frames, constraint.NORMAL)
+    impulses = _vector(points, contact_point.TOTAL_IMPULSE) + _vector(
+        points, contact_point.NORMAL_IMPULSE
     )
-    impulses = impulses + (
-        _vectors(rows, row + contact_point.RESTITUTION_NORMAL, constraint.LANES)
-        if bounces
-        else 0.0
-    )
+    impulses = impulses + (_vector(points, contact_point.RESTITUTION_NORMAL) if bounces else 0.0)
     impulse = (
         impulses[:, :1] * normal
-        + impulses[:, 1:2] * _vectors(rows, place + constraint.TANGENT_1, constraint.LANES)
-        + impulses[:, 2:] * _vectors(rows, place + constraint.TANGENT_2, constraint.LANES)
+        + impulses[:, 1:2] * _vector(frames, constraint.TANGENT_1)
+        + impulses[:, 2:] * _vector(frames, constraint.TANGENT_2)
     )
-    separation = rows[row + contact_point.SEPARATION] + (
-        rows[place + constraint.SINK] * rows[row + contact_point.SINK_SHARE]
+    separation = _number(points, contact_point.SEPARATION) + (
+        _number(frames, constraint.SINK) * _number(points, contact_point.SINK_SHARE)
     )
     about = np.zeros_like(impulse)
     if angular:
@@ -74,16 +73,18 @@ def read(
             (contact_point.ROLLING_IMPULSE_2, constraint.TANGENT_2),
             (contact_point.TWIST_IMPULSE, constraint.NORMAL),
         ):
-            of_axis = angular * rows[row + field][:, None]
-            about += of_axis * _vectors(rows, place + axis, constraint.LANES)
-    point = _points(rows, place, row, separation, normal, bodies, moving * solver_bodies.SIZE)
+            about += angular * _number(points, field)[:, None] * _vector(frames, axis)
+    point = _points(frames, points, separation, normal, bodies, moving * solver_bodies.SIZE)
     touches = (impulses != 0.0).any(axis=1) | (separation <= 0.0)
-    pair = found[owner][:, [manifold_record.COLLIDER_A, manifold_record.COLLIDER_B]]
+    pair = found[:, [manifold_record.COLLIDER_A, manifold_record.COLLIDER_B]]
     scene_index = pair.astype(np.int64) * collider_record.SIZE + collider_record.SCENE_INDEX
     feature = manifold_record.POINTS + index * manifold.POINT + manifold.FEATURE
-    which = np.stack((found[owner, manifold_record.PAIR_ID], found[owner, feature]), axis=1)
+    which = np.stack((found[:, manifold_record.PAIR_ID], found[order, feature]), axis=1)
+    bodies_of = table[scene_index]
+    if touches.all():
+        return Contacts(bodies_of, point, normal.copy(), separation, impulse, about), which
     contacts = Contacts(
-        table[scene_index][touches],
+        bodies_of[touches],
         point[touches],
         normal[touches],
         separation[touches],
@@ -151,43 +152,56 @@ def with_taken_back(
     return replace(contacts, damped=scene_indices[damped], taken_back=rows[damped])
 
 
-def _vectors(array: Array, places: Indices, stride: int, count: int = 3) -> Array:
-    """Read vectors (n, count) that begin at places, their numbers a stride apart."""
-    return array[places[:, None] + stride * np.arange(count)]
+def _fields(rows: Array, places: Indices, size: int) -> Array:
+    """Read all fields of constraints or points in wide lanes: (n, fields)."""
+    return rows[places[:, None] + np.arange(0, size, constraint.LANES)]
+
+
+def _number(fields: Array, field: int) -> Array:
+    """Return a field (n,) of `_fields`."""
+    return fields[:, field // constraint.LANES]
+
+
+def _vector(fields: Array, field: int) -> Array:
+    """Return a vector (n, 3) of `_fields`."""
+    first = field // constraint.LANES
+    return fields[:, first : first + 3]
+
+
+def _of_bodies(bodies: Array, places: Indices, field: int, count: int = 3) -> Array:
+    """Return numbers (..., count) of the solver's bodies that begin at places (...)."""
+    return bodies[places[..., None] + np.arange(field, field + count)]
 
 
 def _points(
-    rows: Array, place: Indices, row: Indices, separation: Array, normal: Array, bodies: Array,
-    fixed: int,
-) -> Array:  # fmt: skip
+    frames: Array, points: Array, separation: Array, normal: Array, bodies: Array, fixed: int
+) -> Array:
     """
-    Points midway between the surfaces, at the end of the tick; place, row: of lane and point;
+    Points midway between the surfaces, at the end of the tick; frames, points: see `_fields`;
     fixed: where the first body begins that no contact moves.
 
     Two bodies that move have arms to it; beside one that cannot move the arm of the other ends on
     its surface, half a separation away. Arms have followed the bodies (`solver.separation`), but
     for those of what bounces off something that cannot move: they are of the start of the tick.
     """
-    row_a, row_b = (
-        rows[place + body].astype(np.int64) for body in (constraint.BODY_A, constraint.BODY_B)
-    )
-    arm_a = _vectors(rows, row + contact_point.ARM_A, constraint.LANES)
-    arm_b = _vectors(rows, row + contact_point.ARM_B, constraint.LANES)
+    columns = [constraint.BODY_A // constraint.LANES, constraint.BODY_B // constraint.LANES]
+    of_bodies = frames[:, columns].T.astype(np.int64)
+    position_a, position_b = _of_bodies(
+        bodies, of_bodies, solver_bodies.SUBSTEP_POSITION
+    ) + _of_bodies(bodies, of_bodies, solver_bodies.DISPLACEMENT)
+    arm_a, arm_b = (_vector(points, arm) for arm in (contact_point.ARM_A, contact_point.ARM_B))
     half = 0.5 * separation[:, None] * normal
-    bounces_off = (rows[place + constraint.RESTITUTION] > 0.0) & (
-        rows[row + contact_point.APPROACH_VELOCITY] < 0.0
+    bounces_off = (_number(frames, constraint.RESTITUTION) > 0.0) & (
+        _number(points, contact_point.APPROACH_VELOCITY) < 0.0
     )
-    position_a, position_b = (
-        _vectors(bodies, body + solver_bodies.SUBSTEP_POSITION, 1)
-        + _vectors(bodies, body + solver_bodies.DISPLACEMENT, 1)
-        for body in (row_a, row_b)
-    )
-    a_moves, b_moves = (body[:, None] < fixed for body in (row_a, row_b))
+    a_moves, b_moves = of_bodies[:, :, None] < fixed
     both = a_moves & b_moves
-    stayed = bounces_off & ~both[:, 0] & (rows[place + constraint.ROUNDNESS] != constraint.CURVED)
+    stayed = (
+        bounces_off & ~both[:, 0] & (_number(frames, constraint.ROUNDNESS) != constraint.CURVED)
+    )
     if stayed.any():
-        arm_a[stayed] = _turned(bodies, row_a[stayed], arm_a[stayed])
-        arm_b[stayed] = _turned(bodies, row_b[stayed], arm_b[stayed])
+        arm_a[stayed] = _turned(bodies, of_bodies[0][stayed], arm_a[stayed])
+        arm_b[stayed] = _turned(bodies, of_bodies[1][stayed], arm_b[stayed])
     alone = np.where(a_moves, position_a + arm_a + half, position_b + arm_b - half)
     return np.where(both, position_a + arm_a, alone)
 
@@ -199,11 +213,11 @@ def _turned(bodies: Array, body: Indices, arm: Array) -> Array:
     The nearest point of a ball does not turn; that of a body of revolution turns with the axis, by
     the smallest turn that takes it from where it was to where it is.
     """
-    before = _vectors(bodies, body + solver_bodies.START_ORIENTATION, 1, 4)
-    turn = _vectors(bodies, body + solver_bodies.TURN, 1, 4)
-    substep = _vectors(bodies, body + solver_bodies.SUBSTEP_ORIENTATION, 1, 4)
+    before = _of_bodies(bodies, body, solver_bodies.START_ORIENTATION, 4)
+    turn = _of_bodies(bodies, body, solver_bodies.TURN, 4)
+    substep = _of_bodies(bodies, body, solver_bodies.SUBSTEP_ORIENTATION, 4)
     whole = so3.rotate(turn, so3.rotate(substep, so3.rotate_back(before, arm)))
-    axis = _vectors(bodies, body + solver_bodies.SYMMETRY_AXIS, 1)
+    axis = _of_bodies(bodies, body, solver_bodies.SYMMETRY_AXIS)
     old, new = so3.rotate(before, axis), so3.rotate(turn, so3.rotate(substep, axis))
     axes = cross(old, new)
     share = 1.0 / (1.0 + np.maximum(np.sum(old * new, axis=1), 0.0))
