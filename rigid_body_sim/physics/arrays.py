@@ -29,6 +29,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]  # in a kernel: one-dimensional
 Indices = NDArray[np.int64]
 
+UNUSED = 'unused'  # meaning of padding
+
 
 @dataclass(frozen=True)
 class Field:
@@ -101,14 +103,14 @@ class Record:
         """Leave numbers unused up to a size, for the sake of aligned rows; give that size."""
         unused = (size - self.size) // self.stride
         if unused > 0:
-            self.numbers(unused, '-', 'unused')
+            self.numbers(unused, '-', UNUSED)
         return self.size
 
 
 def fields_of(module: ModuleType, record: Record) -> dict[str, Field]:
     """
     Give the fields of a record by the names that a module gives them: those that stand between the
-    record and the next one, the first of each place.
+    record and the next one, the first of each place. Padding has none.
     """
     names: dict[int, str] = {}
     inside = False
@@ -117,4 +119,5 @@ def fields_of(module: ModuleType, record: Record) -> dict[str, Field]:
             inside = value is record
         elif inside and name.isupper() and isinstance(value, int) and not name.startswith('SIZE'):
             names.setdefault(value, name)
-    return {names.get(field.begin, ''): field for field in record.fields}
+    fields = [field for field in record.fields if field.meaning != UNUSED]
+    return {names.get(field.begin, ''): field for field in fields}

@@ -231,7 +231,7 @@ def plan_sweep(
     bodies: Sequence[str] = (),
 ) -> Sweep:
     """
-    Check what a sweep is asked for; arguments as `sweeps.sweep` takes them.
+    Check what a sweep is asked for; arguments as `ensemble.sweep` takes them.
 
     Raises UserError, one line with place and cure; InvalidModel for records that no scene file can
     say.

@@ -106,7 +106,7 @@ def test_crossed_boxes_touch_over_their_common_rectangle():
     high = at(BOX, [0.1, 1.0, 0.1], [0.3, 0.2, 0.2])
     found = collide(low, high, MARGIN)
     expected = [[0.2, -0.1], [0.2, 0.1], [0.4, -0.1], [0.4, 0.1]]
-    # edges are cut ROUNDING of `box_faces` beyond the other ones
+    # edges are cut ROUNDING of `boxes/faces` beyond the other ones
     assert np.allclose(plan(found), expected, rtol=0.0, atol=1e-12)
 
 

@@ -101,7 +101,7 @@ def test_a_contact_point_lies_on_both_bodies_where_they_are_at_the_end_of_the_ti
 
 def test_the_gap_of_what_is_let_down_at_rest_is_that_of_its_place():
     """
-    Each tick lifts the ball a little, and takes that back with its place (`energy.projection`).
+    Each tick lifts the ball a little, and takes that back with its place (`energy.gain_bound`).
     """
     sim = Simulation(scene([ground(), ball('b', 0.1, (0, 0, 0.0985))], dt=0.004, slop=0.001))
     sim.step(50)

@@ -4,10 +4,12 @@
 
 from __future__ import annotations
 
+from types import ModuleType
+
 import numpy as np
 import pytest
 
-from rigid_body_sim.physics.arrays import Record
+from rigid_body_sim.physics.arrays import Record, fields_of
 
 
 @pytest.mark.parametrize('stride', [1, 8])
@@ -25,3 +27,10 @@ def test_the_spans_of_all_fields_are_every_number_once(stride: int) -> None:
     assert [len(span) for span in spans] == [1, 3, 4, 6, 9]
     assert [int(span[0]) for span in spans] == places
     assert np.array_equal(np.concatenate(spans), numbers[16::stride])
+
+
+def test_padding_has_no_name_though_a_number_of_the_module_is_its_place() -> None:
+    made, record = ModuleType('made'), Record()
+    made.row, made.MASS = record, record.number('kg', 'mass')
+    made.SIZE, made.COUNT = record.padding(8), 1
+    assert list(fields_of(made, record)) == ['MASS']

@@ -156,7 +156,7 @@ def floor_of(room: str, whole: str) -> int:
 
 def functions(path: Path) -> Iterator[tuple[str, ast.FunctionDef]]:
     """
-    The functions of a module with their names: `tick._advance`, `plan.Plan.renew`.
+    The functions of a module with their names: `step._advance`, `stepper.Stepper.begin`.
     """
 
     def inside(node: ast.AST, name: str) -> Iterator[tuple[str, ast.FunctionDef]]:

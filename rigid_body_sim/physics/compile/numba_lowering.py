@@ -325,7 +325,7 @@ def _iterates_over_row(kind: Any) -> bool:
 
 
 def is_of_numbers(signature: Any) -> bool:
-    """Whether a call is one that `_Typing._of_numbers` has typed: others have taken a tuple."""
+    """Whether a call is one that `numba_typing.Typing` has typed: others have taken a tuple."""
     return signature.pysig is None and all(isinstance(a, types.Number) for a in signature.args)
 
 

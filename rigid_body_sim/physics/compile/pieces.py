@@ -16,7 +16,7 @@ is that of what it was made of (`numba_pipeline`).
 A piece is kept in a file (`PieceFiles`), which names those of the pieces that it needs, with a
 digest of their text: where one of them is not whole, or another one, none that needs it is whole,
 and they are compiled anew. What all the same names a function that nobody defines is not run
-(`unresolved`).
+(`Unresolved`).
 """
 
 from __future__ import annotations

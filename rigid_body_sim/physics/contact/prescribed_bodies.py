@@ -124,10 +124,8 @@ SIZE = drive.size
 
 SUBSTEP, BOUNCE = range(2)  # of what works are asked for
 NO_PATH = -1.0
-FACE = (
-    0.999  # [-] cosine: a normal nearer to that of a face is its own; it may turn by 0.04 rad in
-)
-# a tick
+# [-] cosine: a normal nearer to that of a face is its own; it may turn by 0.04 rad in a tick
+FACE = 0.999
 ALONG = 1e-6  # [-] of the speed of a belt: how square to it the normal of a face is
 NO_VECTOR = (0.0, 0.0, 0.0)
 NO_TURN = (0.0, 0.0, 0.0, 1.0)
