@@ -21,13 +21,10 @@ from matplotlib.axes import Axes as Plot
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
-from numpy.typing import NDArray
 
 from rigid_body_sim.recording.new_output import replacing
 from rigid_body_sim.report import labels
 from rigid_body_sim.report.series import Series, axes_of, front_of, series_of
-
-Array = NDArray[np.float64]
 
 SIZE = (9.0, 6.4)  # [inch]
 DOTS_PER_INCH = 120
@@ -84,7 +81,7 @@ def picture(problem: Mapping[str, Any]) -> Figure | None:
     _frame(plot, curves)
     _legend(plot, curves)
     figure.draw_without_rendering()
-    _name(figure, plot, curves)
+    _name(plot, curves)
     return figure
 
 
@@ -154,7 +151,7 @@ def _legend(plot: Plot, curves: Sequence[Series]) -> None:
     )
 
 
-def _name(figure: Figure, plot: Plot, curves: Sequence[Series]) -> None:
+def _name(plot: Plot, curves: Sequence[Series]) -> None:
     """Write the names of the curves beside them."""
     named = [index for index, curve in enumerate(curves) if curve.stands_out]
     texts = [

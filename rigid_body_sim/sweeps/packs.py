@@ -38,8 +38,6 @@ from rigid_body_sim.physics.model.scene import Body, Scene
 from rigid_body_sim.physics.model.variable_mass import flow_of
 from rigid_body_sim.physics.state.layout import STATE_OF_POINT, STATE_OF_TURN
 
-Array = NDArray[np.float64]
-
 MOST_BODIES = 4096  # in a pack: their arrays still fit into the cache of a core
 TIMED = ('acts', 'kinks')  # what an element has that acts at instants of its own
 

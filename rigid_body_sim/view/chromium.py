@@ -167,10 +167,6 @@ class Page:
         shot = self.ask('Page.captureScreenshot', format='png', captureBeyondViewport=whole)
         return base64.b64decode(shot['data'])
 
-    def screenshot(self, path: Path, *, whole: bool = True) -> None:
-        """Write what is to be seen as PNG."""
-        path.write_bytes(self.picture(whole=whole))
-
 
 @contextlib.contextmanager
 def page(profile: Path) -> Iterator[Page]:

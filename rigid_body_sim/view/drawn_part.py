@@ -12,12 +12,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.view.recorded_motion import Load, RecordedMotion, Track
-
-Array = NDArray[np.float64]
 
 MOST = 1e30  # [m], [m/s], [rad/s]: the universe has 1e27 m
 

@@ -7,7 +7,7 @@ for the colour-blind.
 Bodies have eight colours after Okabe and Ito (2008, "Color Universal Design"): their black, which
 a dark page would hide, is a purple, and their yellow is last and darkened for white paper. The
 dash changes with every body as well, so that colour is never the only sign. What cannot move is
-grey. Components and axes are red, green and blue for x, y and z.
+grey. What has x, y and z is red, green and blue on a page (page/palette.js).
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ from typing import Any
 from rigid_body_sim.physics.model.scene import Scene
 
 COLORS = ('#0072B2', '#D55E00', '#009E73', '#CC79A7', '#8C6BB1', '#56B4E9', '#E69F00', '#B8A800')
-AXES = ('#E5383B', '#2A9D4A', '#3A78E7')  # x, y, z: as in page/palette.js
 DASHES = ('-', '--', '-.', ':', (0, (6, 1.5, 1, 1.5, 1, 1.5)))
 NAMED_BODIES = 10  # bodies with a line of their own and a name in the legend
 OTHERS = {'color': '#999999', 'linestyle': '-', 'linewidth': 0.5, 'alpha': 0.5, 'zorder': 1}

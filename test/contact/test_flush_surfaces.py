@@ -184,7 +184,8 @@ def test_a_face_that_begins_at_the_joint_passes(off):
 @pytest.mark.parametrize('rise', [1e-7, 1e-6, 1e-5])
 def test_tiles_that_differ_less_than_they_are_placed_are_flush(rise):
     """
-    A step of so little is no step: `FLUSH_STEP` is 1.7e-5 m here. The speed is kept but for the way up.
+    A step of so little is no step: `FLUSH_STEP` is 1.7e-5 m here. The speed is kept but for the
+    way up.
     """
     bodies = [tile('one', (0, 0, -0.05)), tile('two', (1, 0, -0.05 + rise))]
     simulation = Simulation(load_scene(scene([*bodies, cube((0.2, 0, 0.1), (1, 0, 0))])))
@@ -243,7 +244,7 @@ def test_a_landing_on_a_joint_is_one_on_one_floor():
 
 
 def test_movable_flush_tiles_are_one_floor():
-    """Ten loose tiles on a plane: each sinks a little under the cube, by less than `FLUSH_STEP`."""
+    """Ten loose tiles on a plane: each sinks under the cube, by less than `FLUSH_STEP`."""
     plane = {'name': 'ground', 'friction': 0.5, 'shape': {'type': 'plane', 'normal': [0, 0, 1]}}
     loose = [
         tile(f'tile_{i}', (0.3 * i, 0, 0.05), (0.3, 0.6, 0.1)) | {'fixed': False, 'mass': 5.0}

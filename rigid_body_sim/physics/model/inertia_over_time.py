@@ -163,13 +163,6 @@ def along(body: Body, times: Array) -> tuple[Array, Array] | None:
     return moments, np.array([rates_at(law, t) for t in seconds]).reshape(-1, 3)
 
 
-def power_of_drive(law: InertiaOverTime, angular_velocity_body: Array, time: float) -> float:
-    """Power [W] of what moves inside the body: -omega . I' omega / 2, omega (3,) in body axes."""
-    rates = rates_at(law, time)
-    x, y, z = angular_velocity_body.tolist()
-    return float(-0.5 * (rates[0] * x * x + rates[1] * y * y + rates[2] * z * z))
-
-
 def changing(scene: Scene) -> list[Body]:
     """Give the bodies of a scene whose inertia changes over time."""
     return [body for body in scene.bodies if body.inertia_over_time is not None]

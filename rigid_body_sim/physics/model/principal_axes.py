@@ -73,11 +73,6 @@ def principal_axes(inertia: ArrayLike) -> tuple[Array, Array]:
     return _nearest(moments, axes)
 
 
-def principal_moments(inertia: ArrayLike) -> Array:
-    """Return the eigenvalues of a symmetric tensor (3, 3), smallest first."""
-    return np.array(moments_of(np.asarray(inertia, dtype=np.float64).tolist()))
-
-
 def moments_of(given: Rows) -> list[float]:
     """Return the eigenvalues of a symmetric tensor given as rows, smallest first."""
     if is_diagonal(given):

@@ -1,11 +1,11 @@
-// Colours of the drawing that differ in light and dark; those of bodies and axes come with the run.
+// Colours of the drawing that differ in light and dark; those of bodies come with the run.
 
 const THEMES = {
   light: { background: 0xf7f8fa, ground: 0xe6e9ee, line: 0x9aa5b4, ink: 0x1d2430, fixed: 0xb4bcc8, shadow: 0.26, sky: 0xffffff, below: 0xb9c0cc, sun: 2.5, fill: 2.3 },
   dark: { background: 0x12161d, ground: 0x1c222c, line: 0x4a5669, ink: 0xdfe5ee, fixed: 0x6d7888, shadow: 0.5, sky: 0xe6ecff, below: 0x6b7484, sun: 2.3, fill: 1.9 },
 };
 
-export const AXES = ['#e5383b', '#2a9d4a', '#3a78e7'];        // x, y, z: as in line_styles.py
+export const AXES = ['#e5383b', '#2a9d4a', '#3a78e7'];        // x, y, z
 
 // What kind of arrow, its colour and the word for it.
 export const ARROWS = {

@@ -145,7 +145,7 @@ class Colliders:
                 parameters.extend(of_shape.tolist())
             place = moving.get(index, collider_record.STATIC)
             table.append((kind, begin, place, index, 0, layout.n_moving))
-            bounds.append(_bounds(body, kind))
+            bounds.append(_bounds(body))
             turn = np.eye(3)
             if 0 <= place < layout.n_rigid:
                 turn = product(to_principal[place], _shape_axes(body))
@@ -278,7 +278,7 @@ def _surface_record(body: Body, shape: Surface) -> Array:
     return record(turned + placed[: pose.ROW_X], shape.faces, name=shape.name)
 
 
-def _bounds(body: Body, kind: int) -> tuple[float, ...]:
+def _bounds(body: Body) -> tuple[float, ...]:
     low, high, rounding = np.zeros(3), np.zeros(3), 0.0
     match body.shape:
         case Sphere(radius=radius):

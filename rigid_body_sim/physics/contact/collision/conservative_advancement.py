@@ -75,7 +75,6 @@ from rigid_body_sim.physics.contact.collision.support import gap_along, is_insid
 from rigid_body_sim.physics.vectors import add_scaled, dot, load, negate, subtract
 
 Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 FAST = 0.5  # [-] of the radius of the smaller: motion in a tick from which a pair is advanced
 PIECE = 0.25  # [-] of it: motion in a piece of a finer tick

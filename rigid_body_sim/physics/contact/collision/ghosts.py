@@ -303,7 +303,7 @@ def _normal_towards(record: int, side: int, manifolds: Array) -> Any:
 
 
 @kernel
-def _surface(record: int, side: int, normal: Any, manifolds: Array) -> Any:
+def _surface(record: int, normal: Any, manifolds: Array) -> Any:
     """
     Return where the plane of a manifold is along its normal towards one side: on the surface of
     the other one; and how deep the one is sunk into it [m].
@@ -378,7 +378,7 @@ def _is_covered_by(
         return False
     # flush tiles are seen along their faces, not along that of what leans on one of them
     normal = face_beneath(holder, normal, colliders)
-    height, sunk = _surface(cover, side_c, normal, manifolds)
+    height, sunk = _surface(cover, normal, manifolds)
     flush = FLUSH_STEP * smaller_radius(colliders.local_bounds, own, other)
     place = record + manifold_record.POINTS
     gap = manifolds[place + SEPARATION]

@@ -16,9 +16,6 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from rigid_body_sim.physics.compile.kernels import kernel
 from rigid_body_sim.physics.contact.collision import collider_record, pose
 from rigid_body_sim.physics.contact.collision.collider import (
@@ -50,8 +47,6 @@ from rigid_body_sim.physics.contact.collision.shape_parameters import (
     RADIUS,
 )
 from rigid_body_sim.physics.vectors import add, dot, load, subtract
-
-Array = NDArray[np.float64]
 
 
 @kernel

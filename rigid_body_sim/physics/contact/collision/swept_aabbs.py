@@ -44,7 +44,6 @@ from rigid_body_sim.physics.vectors import (
 )
 
 Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 swept_aabb = Record()
 CENTER = swept_aabb.vector('m', 'middle of the AABB at the start of the tick')
