@@ -384,7 +384,7 @@ def test_a_face_that_strikes_while_it_spins_loses_mu_times_the_impulse_at_its_ra
     sim.step(round(math.sqrt(0.4 / G) / DT) + 3)
     impulse = sim.state.velocity[1, 2] + G * sim.time
     lost = 60 - sim.state.angular_velocity[1, 2]
-    # a blow is solved to `step.STRUCK`: what is left of it comes without friction of its own
+    # a blow is solved to `substeps.STRUCK`: what is left of it comes without friction of its own
     assert lost == pytest.approx(MU * impulse * radius / inertia, rel=1e-2)
 
 

@@ -34,6 +34,7 @@ import numpy as np
 
 from rigid_body_sim.physics.arrays import Indices, Record
 from rigid_body_sim.physics.compile.kernels import inline, kernel, transfer
+from rigid_body_sim.physics.state import blocks
 
 LINE = 8  # numbers of a cache line: who writes into one keeps others from reading it
 
@@ -58,6 +59,9 @@ KIND_UNIT, LAST_UNIT = 1 << 48, 1 << 24
 # what is to be done
 NOTHING, BODIES, COLLIDERS, MANIFOLDS, GROUPS, IMPULSES = range(6)
 NO_PART = -1
+
+# parts of a tick: fewer wait for each other longer, more cost calls, and lists with gaps
+BODIES_OF_PART = 2 * blocks.LANES  # [-] whole blocks; as many colliders
 
 # looks before one lets others go first: 0.2 ms, longer than a group takes, or goes by between two
 # posts of 1000 boxes. Who gives a busy processor away gets it back after some ms.
@@ -119,6 +123,12 @@ def helps(crew: Crew) -> bool:
 def is_alone(crew: Crew) -> bool:
     """Tell whether nobody helps."""
     return crew.board[HELPERS] == 0
+
+
+@inline
+def parts_of(count: int) -> int:
+    """Count the parts of so many bodies or colliders."""
+    return (count + BODIES_OF_PART - 1) // BODIES_OF_PART
 
 
 @inline

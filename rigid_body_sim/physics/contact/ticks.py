@@ -22,7 +22,7 @@ from typing import Any
 from rigid_body_sim.physics.compile.kernel import WITHOUT
 from rigid_body_sim.physics.compile.kernels import COMPILED, prepared
 from rigid_body_sim.physics.compile.side_by_side import threads
-from rigid_body_sim.physics.contact import step, tick_counts
+from rigid_body_sim.physics.contact import tick_counts, tick_world
 from rigid_body_sim.physics.contact.collision import deep_overlaps
 from rigid_body_sim.physics.contact.cut_ticks import CutTicks, Tick
 from rigid_body_sim.physics.contact.helpers import Helpers
@@ -103,7 +103,7 @@ class Ticks:
         return call
 
     def _helpers_of(
-        self, compiled: Callable[..., Any], first: Sequence[Any], world: step.World
+        self, compiled: Callable[..., Any], first: Sequence[Any], world: tick_world.World
     ) -> list[Callable[..., Any]]:
         """Give a kernel to each thread that may help, with arrays of its own; first: arguments."""
         if not COMPILED or WITHOUT:

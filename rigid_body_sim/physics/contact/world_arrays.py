@@ -3,7 +3,7 @@
 """
 The arrays of a scene with contact: made once, but for the lists, which grow.
 
-The kernel of the ticks takes them in groups (`step.World`).
+The kernel of the ticks takes them in groups (`tick_world.World`).
 """
 
 from __future__ import annotations
@@ -17,11 +17,12 @@ from numpy.typing import NDArray
 from rigid_body_sim.physics.compile.kernels import argument
 from rigid_body_sim.physics.contact import (
     crew,
+    detection,
     prescribed_bodies,
     solver_bodies,
-    step,
     tick_counts,
     tick_settings,
+    tick_world,
 )
 from rigid_body_sim.physics.contact.array_groups import Constraints, Forces, Motion
 from rigid_body_sim.physics.contact.collision import (
@@ -286,7 +287,7 @@ class WorldArrays:
     def _make_pair_lists(self, room: int) -> None:
         self.neighbours = np.zeros(neighbour_list.size_of_list(room), dtype=np.int64)
         self.pair_ids = np.zeros(room, dtype=np.int64)
-        self.of_parts = np.zeros(room // step.PAIRS_OF_PART + 1, dtype=np.int64)
+        self.of_parts = np.zeros(room // detection.PAIRS_OF_PART + 1, dtype=np.int64)
         self.held_features = np.zeros(self._holds * room * held_features.SIZE)
         self.recycled_places = np.zeros(self._recycles * room, dtype=np.int64)
 
@@ -303,7 +304,7 @@ class WorldArrays:
         counts[tick_counts.IMPACT_ROOM] = len(self.impact_list) // impact_list.SIZE
         self.version += 1
 
-    def world(self, of_motion: Sequence[Any], elements: Any, ranges: Any) -> step.World:
+    def world(self, of_motion: Sequence[Any], elements: Any, ranges: Any) -> tick_world.World:
         """
         Give all of them as the kernel takes them.
 
@@ -339,14 +340,14 @@ class WorldArrays:
                 self.event_pairs, self.event_links, self.impact_list,
             )),
         )  # fmt: skip
-        return step.World(
+        return tick_world.World(
             motion,
             Forces(elements, ranges, argument(self.saved)),
             settings,
             argument(self.counts),
             colliders,
             materials,
-            step.Detection(
+            tick_world.Detection(
                 local_poses,
                 broad_phase,
                 found,
@@ -372,7 +373,7 @@ class WorldArrays:
             _grouped(Crew, self.board, np.zeros(crew.SIZE_OF_OWN, dtype=np.int64)),
         )
 
-    def world_of_helper(self, world: step.World) -> step.World:
+    def world_of_helper(self, world: tick_world.World) -> tick_world.World:
         """Give the same with scratch of its own, for another thread: see `crew`."""
         own = np.zeros(crew.SIZE_OF_OWN, dtype=np.int64)
         own[crew.HELPS] = 1
