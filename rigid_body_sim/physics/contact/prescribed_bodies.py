@@ -13,12 +13,8 @@ in a substep from t to t + h:
     relax        v = x'(t + h), omega(t + h)
     bounce       approach and restitution with x'(t), x''(t) and x'(t + h)
 
-so a body at rest on it keeps its gap, and the contact force is m (g + x''). The work that it does
-on others is the impulse times the mean velocity of its point, both in the middle of the substep:
-
-    W = sum over substeps of J . (v + omega x r) + J_r . omega,   and that of restitution with the
-        velocity then
-        J_r : [N m s] of rolling and torsional friction
+so a body at rest on it keeps its gap, and the contact force is m (g + x''). What work it does on
+others: see `works_of_drives`.
 
 What is round about an axis turns with that alone in all but friction: its surface does not move
 along its normal however fast it spins, and points of contact follow it, as on a body that is free;
@@ -61,16 +57,11 @@ from rigid_body_sim.physics.contact.collision.collider import (
     world_aabb,
 )
 from rigid_body_sim.physics.contact.collision.face_normal import along_face
-from rigid_body_sim.physics.contact.collision.geometry.manifold import MOST
 from rigid_body_sim.physics.contact.islands import sleep_record
 from rigid_body_sim.physics.contact.solver import (
     constraint,
-    contact_point,
-    friction_patch,
 )
 from rigid_body_sim.physics.contact.solver.wide_lanes import (
-    contact_frame,
-    impulse_of,
     put_vector,
     vector,
 )
@@ -122,7 +113,6 @@ MEAN_SPIN = drive.vector('rad/s', 'over the substep under way')
 MOVES = drive.number('-', '1: it moves in this tick')
 SIZE = drive.size
 
-SUBSTEP, BOUNCE = range(2)  # of what works are asked for
 NO_PATH = -1.0
 # [-] cosine: a normal nearer to that of a face is its own; it may turn by 0.04 rad in a tick
 FACE = 0.999
@@ -407,7 +397,7 @@ def choose_belts(
 
 
 @inline
-def _number_of(lane: int, static: int, rows: Array) -> Any:
+def number_of(lane: int, static: int, rows: Array) -> Any:
     """Which driven body a constraint has, -1: none; and 1 where that is A, -1 where it is B."""
     of_a = int(rows[lane + constraint.BODY_A]) // solver_bodies.SIZE - static - 1
     of_b = int(rows[lane + constraint.BODY_B]) // solver_bodies.SIZE - static - 1
@@ -415,7 +405,7 @@ def _number_of(lane: int, static: int, rows: Array) -> Any:
 
 
 @inline
-def _half_turn_of(number: int, static: int, bodies: Array) -> Any:
+def half_turn_of(number: int, static: int, bodies: Array) -> Any:
     """Half the turn of a driven body over the substep, as vector and scalar of a quaternion."""
     row = (static + 1 + number) * solver_bodies.SIZE
     turn = load(bodies, row + solver_bodies.TURN)
@@ -425,13 +415,13 @@ def _half_turn_of(number: int, static: int, bodies: Array) -> Any:
 
 
 @inline
-def _is_face(
+def is_face(
     record: int, lane: int, whose: Any, drives: Array, colliders: ColliderArrays,
     constraints: Constraints,
 ) -> bool:  # fmt: skip
     """
     Tell whether the normal of a manifold (where it begins: record), and of its constraint, belongs
-    to a face of a driven body that moves; whose: see `_number_of`.
+    to a face of a driven body that moves; whose: see `number_of`.
     """
     number, sign = whose
     if drives[number * SIZE + PATH] == NO_PATH:
@@ -459,140 +449,14 @@ def turn_faces(
     for m in range(manifold_count):
         record = m * manifold_record.SIZE
         lane = int(manifolds[record + manifold_record.LANE])
-        number, sign = _number_of(lane, static, rows)
-        if number < 0 or not _is_face(
+        number, sign = number_of(lane, static, rows)
+        if number < 0 or not is_face(
             record, lane, (number, sign), driven.drives, colliders, constraints
         ):
             continue
-        half = _half_turn_of(number, static, bodies)
+        half = half_turn_of(number, static, bodies)
         for field in (constraint.NORMAL, constraint.TANGENT_1, constraint.TANGENT_2):
             put_vector(rows, lane + field, told.turned(half, vector(rows, lane + field)))
-
-
-@inline
-def _of_frame(lane: int, along: Any, rows: Array) -> Any:
-    """Make a vector of its components along the normal and the two tangents of a constraint."""
-    return impulse_of(along[0], along[1], along[2], *contact_frame(rows, lane))
-
-
-@inline
-def _acted(lane: int, impulse: Any, warm: Any, back: Any, rows: Array) -> Any:
-    """
-    Impulse of a substep, of which half the warm start acts before the motion, half in its middle
-    and the rest after it, with the axes of then.
-
-    impulse, warm : of the substep, and half its warm start: along normal and tangents
-    back          : by which the axes turn back over half of the motion
-    """
-    after = _of_frame(lane, subtract(subtract(impulse, warm), warm), rows)
-    half = _of_frame(lane, warm, rows)
-    return add(after, told.turned(back, add(half, told.turned(back, half))))
-
-
-@inline
-def _impulse_of_point(
-    when: int, is_alone: bool, lane: int, place: int, back: Any, rows: Array
-) -> Any:  # fmt: skip
-    """Impulse on B of a point; of several, friction is that of their face."""
-    if when == BOUNCE:
-        return _of_frame(lane, vector(rows, place + contact_point.RESTITUTION_NORMAL), rows)
-    impulse = vector(rows, place + contact_point.NORMAL_IMPULSE)
-    warm = vector(rows, place + contact_point.WARM_NORMAL)
-    if not is_alone:
-        impulse, warm = (impulse[0], 0.0, 0.0), (warm[0], 0.0, 0.0)
-    return _acted(lane, impulse, warm, back, rows)
-
-
-@inline
-def _work_of_patch(
-    when: int, lane: int, width: int, arm_field: int, velocity: Any, spin: Any, backs: Any,
-    rows: Array,
-) -> Any:  # fmt: skip
-    """Work of the friction of a face on B; backs: see `find_works`."""
-    face = lane + constraint.SIZE + MOST * width
-    of_arm, of_axes = backs
-    arm = told.turned(of_arm, vector(rows, face + arm_field))
-    if when == BOUNCE:
-        wrench, warm = vector(rows, face + friction_patch.RESTITUTION_1), NO_VECTOR
-    else:
-        wrench = vector(rows, face + friction_patch.IMPULSE_1)
-        warm = vector(rows, face + friction_patch.WARM_1)
-    impulse = _acted(lane, (0.0, wrench[0], wrench[1]), (0.0, warm[0], warm[1]), of_axes, rows)
-    twist = _acted(lane, (wrench[2], 0.0, 0.0), (warm[2], 0.0, 0.0), of_axes, rows)
-    return dot(impulse, add(velocity, cross(spin, arm))) + dot(twist, spin)
-
-
-@inline
-def _work_of_rolling(lane: int, place: int, spin: Any, back: Any, rows: Array) -> Any:
-    """Work of rolling and torsional friction of a point on B over a substep."""
-    about = vector(rows, place + contact_point.ROLLING_IMPULSE_1)
-    warm = vector(rows, place + contact_point.WARM_ROLLING_1)
-    about, warm = (about[2], about[0], about[1]), (warm[2], warm[0], warm[1])
-    return dot(_acted(lane, about, warm, back, rows), spin)
-
-
-@kernel
-def find_works(
-    when: int, manifold_count: int, static: int, width: int, angular: bool,
-    colliders: ColliderArrays, driven: PrescribedBodies, constraints: Constraints, bodies: Array,
-) -> None:  # fmt: skip
-    """
-    Find the work of driven bodies on each other body. In a substep it is that of each impulse at
-    the place, and along the axes, of when it acts, at the mean velocity.
-
-    when    : `SUBSTEP`: of that under way, before the next one starts; `BOUNCE`: that of
-              restitution, at the velocities of now
-    static  : index of what cannot move;   width : numbers of a point
-    angular : whether anything rolls or twists with friction
-    colliders : where they are at the start of the tick
-    """
-    drives, manifolds, rows = driven.drives, constraints.manifolds, constraints.rows
-    for body in range(len(driven.of_bodies)):
-        driven.of_bodies[body] = 0.0
-    for m in range(manifold_count):
-        record = m * manifold_record.SIZE
-        lane = int(manifolds[record + manifold_record.LANE])
-        number, sign = _number_of(lane, static, rows)
-        if number < 0:
-            continue
-        other = constraint.BODY_B if sign > 0.0 else constraint.BODY_A
-        row = (static + 1 + number) * solver_bodies.SIZE
-        entry = number * SIZE
-        velocity, spin = load(drives, entry + MEAN_VELOCITY), load(drives, entry + MEAN_SPIN)
-        of_arm, of_axes = NO_TURN, NO_TURN  # back over half of the motion
-        if when == BOUNCE:
-            velocity = scale(HELD, load(bodies, row + solver_bodies.MOMENTUM))
-            spin = scale(HELD, load(bodies, row + solver_bodies.ANGULAR_MOMENTUM))
-        else:
-            x, y, z, w = _half_turn_of(number, static, bodies)
-            of_arm = (-x, -y, -z, w)
-            if _is_face(record, lane, (number, sign), drives, colliders, constraints):
-                of_axes = of_arm
-        points = int(manifolds[record + manifold_record.POINT_COUNT])
-        work = 0.0
-        if points > 1:
-            arm_field = friction_patch.ARM_A if sign > 0.0 else friction_patch.ARM_B
-            work = _work_of_patch(
-                when, lane, width, arm_field, velocity, spin, (of_arm, of_axes), rows
-            )
-        arm_field = contact_point.ARM_A if sign > 0.0 else contact_point.ARM_B
-        for point in range(points):
-            place = lane + constraint.SIZE + point * width
-            arm = told.turned(of_arm, vector(rows, place + arm_field))
-            impulse = _impulse_of_point(when, points == 1, lane, place, of_axes, rows)
-            work += dot(impulse, add(velocity, cross(spin, arm)))
-            if angular and when != BOUNCE:
-                work += _work_of_rolling(lane, place, spin, of_axes, rows)
-        driven.of_bodies[int(rows[lane + other]) // solver_bodies.SIZE] += sign * work
-
-
-@kernel
-def add_works(touching: Indices, driven: PrescribedBodies, bodies: Array) -> None:
-    """Add what `find_works` found to the energy that bodies may have, and to the sum."""
-    for index in range(len(touching)):
-        work = driven.of_bodies[touching[index]]
-        bodies[touching[index] * solver_bodies.SIZE + solver_bodies.ENERGY] += work
-        driven.works[touching[index]] += work
 
 
 @kernel
@@ -603,7 +467,7 @@ def keep_awake(
     """Let nothing that touches what moves grow tired."""
     for m in range(manifold_count):
         lane = int(manifolds[m * manifold_record.SIZE + manifold_record.LANE])
-        number, sign = _number_of(lane, static, rows)
+        number, sign = number_of(lane, static, rows)
         if number < 0 or drives[number * SIZE + MOVES] == 0.0:
             continue
         other = constraint.BODY_B if sign > 0.0 else constraint.BODY_A

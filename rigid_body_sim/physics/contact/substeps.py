@@ -29,6 +29,7 @@ from rigid_body_sim.physics.contact import (
     solver_bodies,
     tick_counts,
     tick_settings,
+    works_of_drives,
 )
 from rigid_body_sim.physics.contact.array_groups import Group
 from rigid_body_sim.physics.contact.assembly import batch_count_of
@@ -85,8 +86,8 @@ def _evaluate_forces(time, motion, forces):
 
 
 def _find_works_of_drives(when, motion, driven, colliders, constraints, bodies, counts):
-    """Find what driven bodies did on others: see `prescribed_bodies.find_works`."""
-    prescribed_bodies.find_works(
+    """Find what driven bodies did on others: see `works_of_drives.find_works`."""
+    works_of_drives.find_works(
         when, counts[tick_counts.MANIFOLDS], motion.body_count, WIDTH, ANGULAR, colliders, driven,
         constraints, bodies,
     )  # fmt: skip
@@ -337,9 +338,9 @@ def _follow_and_relax(
         jammed.hold(1.0 / now.substep, group.members, constraints, bodies)
     if DRIVES:
         find_works_of_drives(
-            prescribed_bodies.SUBSTEP, motion, driven, colliders, constraints, bodies, counts
+            works_of_drives.SUBSTEP, motion, driven, colliders, constraints, bodies, counts
         )
-        prescribed_bodies.add_works(touching, driven, bodies)
+        works_of_drives.add_works(touching, driven, bodies)
     if not last:
         start_substep(lanes, batch_count, rows, scratch, batches, bodies)
     if FLOWS:

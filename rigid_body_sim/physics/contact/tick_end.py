@@ -8,7 +8,13 @@ back, what the next tick starts from, and who falls asleep.
 from __future__ import annotations
 
 from rigid_body_sim.physics.compile.kernels import slot
-from rigid_body_sim.physics.contact import crew, prescribed_bodies, tick_counts, tick_settings
+from rigid_body_sim.physics.contact import (
+    crew,
+    prescribed_bodies,
+    tick_counts,
+    tick_settings,
+    works_of_drives,
+)
 from rigid_body_sim.physics.contact.array_groups import Group
 from rigid_body_sim.physics.contact.assembly import batch_count_of, constraints_of
 from rigid_body_sim.physics.contact.energy import gain_bound, restitution_bound
@@ -68,7 +74,7 @@ def _bound_bounces(
     )  # fmt: skip
     if DRIVES:
         find_works_of_drives(
-            prescribed_bodies.BOUNCE, motion, driven, colliders, constraints, bodies, counts
+            works_of_drives.BOUNCE, motion, driven, colliders, constraints, bodies, counts
         )
     restitution_bound.bound_restitution(
         counts[tick_counts.MANIFOLDS], batch_count, motion.body_count, WIDTH, touching,
@@ -76,9 +82,9 @@ def _bound_bounces(
     )  # fmt: skip
     if DRIVES:
         find_works_of_drives(
-            prescribed_bodies.BOUNCE, motion, driven, colliders, constraints, bodies, counts
+            works_of_drives.BOUNCE, motion, driven, colliders, constraints, bodies, counts
         )
-        prescribed_bodies.add_works(touching, driven, bodies)
+        works_of_drives.add_works(touching, driven, bodies)
     if FLOWS:
         variable_mass.scale_to_start_mass(flows, bodies)
     scatter_momenta(Group(touching, False, motion), bodies)

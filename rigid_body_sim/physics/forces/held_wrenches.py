@@ -15,7 +15,6 @@ about the centre of mass.
 from __future__ import annotations
 
 import operator
-import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -23,9 +22,22 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.compile.kernels import argument, flat, inline, kernel, prepared
+from rigid_body_sim.physics.compile.kernels import argument, flat, prepared
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.forces.elements import held_body_wrench
+from rigid_body_sim.physics.forces.held_lanes import (
+    BODY,
+    COLUMNS,
+    NO_VECTOR,
+    RIGID,
+    list_turning,
+    put_all,
+    put_one,
+    put_row,
+    take_and_list_rows,
+    take_and_put_rows,
+    take_rows,
+)
 from rigid_body_sim.physics.forces.power import HELD
 from rigid_body_sim.physics.model.named_frames import (
     RESERVED_FRAMES,
@@ -49,167 +61,20 @@ from rigid_body_sim.physics.state.blocks import (
     FORCE,
     HELD_FORCE,
     HELD_TORQUE,
-    LANES,
     ROTATION,
     TORQUE,
     TRANSLATION,
-    at,
     rows,
     scatter,
 )
 from rigid_body_sim.physics.state.layout import Layout, Matrix, turned_by
-from rigid_body_sim.physics.vectors import add, dot, load, store, store_strided
 
 Array = NDArray[np.float64]
 
 SOURCES = ('force', 'torque', 'wrench')
 FOREVER = 2**62  # [tick]
 NOTHING = (0.0,) * 6  # force [N] and torque [N m]
-NO_VECTOR: Vector = (0.0, 0.0, 0.0)
-LARGEST = sys.float_info.max
 WRENCH = 6  # rows: FORCE and HELD_FORCE, or TORQUE and HELD_TORQUE, follow each other
-BODY, RIGID = held_body_wrench.BODY, held_body_wrench.RIGID
-TURNING_FORCE, TURNING_TORQUE = held_body_wrench.FORCE, held_body_wrench.TORQUE
-COLUMNS = held_body_wrench.COLUMNS
-
-
-@kernel
-def _put_one(core, fx, fy, fz, tx, ty, tz, n_rigid, weights, translation, rotation):
-    """Write what is held by one body, and its weight, into its lane; no zero is negative."""
-    force = add((fx + 0.0, fy + 0.0, fz + 0.0), load(weights, 3 * core))
-    place = at(core, TRANSLATION)
-    store_strided(translation, place + HELD_FORCE, LANES, force)
-    store_strided(translation, place + FORCE, LANES, force)
-    if core < n_rigid:
-        place = at(core, ROTATION)
-        torque = (tx + 0.0, ty + 0.0, tz + 0.0)
-        store_strided(rotation, place + HELD_TORQUE, LANES, torque)
-        store_strided(rotation, place + TORQUE, LANES, torque)
-
-
-@inline
-def _to_principal(axes, core, force, torque):
-    x, y, z = load(axes, 9 * core), load(axes, 9 * core + 3), load(axes, 9 * core + 6)
-    return (
-        (dot(x, force), dot(y, force), dot(z, force)),
-        (dot(x, torque), dot(y, torque), dot(z, torque)),
-    )
-
-
-@kernel
-def _put_row(number, fx, fy, fz, tx, ty, tz, of_body, axes, table):
-    """
-    Write what turns with a body into its row of the table; no zero is negative.
-
-    of_body : 1: from body axes; 0: it is in principal axes already
-    """
-    row = COLUMNS * number
-    force, torque = (fx, fy, fz), (tx, ty, tz)
-    if of_body == 1:
-        force, torque = _to_principal(axes, int(table[row + BODY]), force, torque)
-    store(table, row + TURNING_FORCE, add(force, NO_VECTOR))
-    store(table, row + TURNING_TORQUE, add(torque, NO_VECTOR))
-
-
-@kernel
-def _put_all(forces, torques, n_moving, n_rigid, weights, translation, rotation):
-    """Write what is held by all bodies, and their weights, into their lanes."""
-    for core in range(n_moving):
-        force = add(load(forces, 3 * core), load(weights, 3 * core))
-        place = at(core, TRANSLATION)
-        store_strided(translation, place + HELD_FORCE, LANES, force)
-        store_strided(translation, place + FORCE, LANES, force)
-    for core in range(n_rigid):
-        torque = load(torques, 3 * core)
-        place = at(core, ROTATION)
-        store_strided(rotation, place + HELD_TORQUE, LANES, torque)
-        store_strided(rotation, place + TORQUE, LANES, torque)
-
-
-@inline
-def _is_asked(vectors, i):
-    x, y, z = load(vectors, 3 * i)
-    return x != 0.0 or y != 0.0 or z != 0.0
-
-
-@kernel
-def _take_rows(given_force, given_torque, scene_index, still, n_rigid, turns, axes, force, torque):
-    """
-    Copy rows in scene order into rows in core order: as they are, where they turn with the bodies
-    in principal axes. Return how many numbers are not as they may be; then nothing is copied.
-    """
-    wrong = 0
-    for i in range(len(given_force)):
-        if not (abs(given_force[i]) <= LARGEST and abs(given_torque[i]) <= LARGEST):
-            wrong += 1
-    for number in range(len(still)):
-        i = still[number]
-        if _is_asked(given_force, i) or _is_asked(given_torque, i):
-            wrong += 1
-    for core in range(n_rigid, len(scene_index)):
-        i = scene_index[core]
-        if _is_asked(given_torque, i) or (turns == 1 and _is_asked(given_force, i)):
-            wrong += 1
-    if wrong > 0:
-        return wrong
-    for core in range(len(scene_index)):
-        f = load(given_force, 3 * scene_index[core])
-        t = load(given_torque, 3 * scene_index[core])
-        if turns == 1 and core < n_rigid:
-            f, t = _to_principal(axes, core, f, t)
-        store(force, 3 * core, add(f, NO_VECTOR))  # no zero is negative
-        store(torque, 3 * core, add(t, NO_VECTOR))
-    return wrong
-
-
-@kernel
-def _take_and_put_rows(
-    given_force, given_torque, scene_index, still, n_rigid, axes, force, torque, weights,
-    translation, rotation,
-):  # fmt: skip
-    """Do what `_take_rows` does, in world axes, and at once what `_put_all` does of the rows."""
-    wrong = _take_rows(
-        given_force, given_torque, scene_index, still, n_rigid, 0, axes, force, torque
-    )
-    if wrong == 0:
-        _put_all(force, torque, len(scene_index), n_rigid, weights, translation, rotation)
-    return wrong
-
-
-@kernel
-def _list_turning(forces, torques, n_rigid, table):
-    """List the rigid bodies of which something is asked, as `held_body_wrench` has them."""
-    count = 0
-    for core in range(n_rigid):
-        if _is_asked(forces, core) or _is_asked(torques, core):
-            row = COLUMNS * count
-            table[row + BODY] = table[row + RIGID] = float(core)
-            store(table, row + TURNING_FORCE, load(forces, 3 * core))
-            store(table, row + TURNING_TORQUE, load(torques, 3 * core))
-            count += 1
-    return count
-
-
-@kernel
-def _take_and_list_rows(
-    given_force, given_torque, scene_index, still, n_rigid, axes, force, torque, table
-):
-    """
-    Do what `_take_rows` does, in body axes, and at once what `_list_turning` does of the rows; -1:
-    these are not as many as the table has, which stays as it is.
-    """
-    wrong = _take_rows(
-        given_force, given_torque, scene_index, still, n_rigid, 1, axes, force, torque
-    )
-    if wrong == 0:
-        count = 0
-        for core in range(n_rigid):
-            if _is_asked(force, core) or _is_asked(torque, core):
-                count += 1
-        if COLUMNS * count != len(table):
-            return -1
-        _list_turning(force, torque, n_rigid, table)
-    return wrong
 
 
 class Slot(NamedTuple):
@@ -310,13 +175,13 @@ class HeldWrenches:
         self._shape = self._nothing.shape
         self._asked: dict[bool, tuple[Rows, Callable[..., Any]]] = {}  # by whether it turns
         self._blocks: tuple[Any, Any] = (None, None)  # into whose lanes `_writer` writes
-        self._writer: Callable[..., Any] = _put_one
+        self._writer: Callable[..., Any] = put_one
         # blocks of translation, their lanes of FORCE and HELD_FORCE, what these hold where nothing
         # is commanded, and lanes of torques: to be written again, as behind a reset
         self._weights: tuple[Array, Array, Array, Array] | None = None
         # of which table; from principal axes, from body axes
         self._row_writers: tuple[Any, Callable[..., Any], Callable[..., Any]]
-        self._row_writers = None, _put_row, _put_row
+        self._row_writers = None, put_row, put_row
         self._table = np.zeros((0, COLUMNS))
         self._slots: dict[tuple[int, str], Slot] = {}
         self._rows: Rows | None = None  # then there are no other slots
@@ -576,7 +441,7 @@ class HeldWrenches:
         still, axes = argument(self._still), argument(layout.to_principal)
         last = (argument(layout.moving), still, layout.n_rigid, int(turns), axes, *kept)
         nothing = argument(self._nothing.reshape(-1))
-        self._asked[turns] = made, prepared(_take_rows, (nothing, nothing), last, brief=True)
+        self._asked[turns] = made, prepared(take_rows, (nothing, nothing), last, brief=True)
         return self._asked[turns]
 
     def _flat(self, values: Any) -> Any:
@@ -738,7 +603,7 @@ class HeldWrenches:
     def _make_writer(self, translation: Array, rotation: Array) -> None:
         """Make what writes into the lanes of these blocks."""
         arrays = [argument(array) for array in (self._weight.reshape(-1), translation, rotation)]
-        write = prepared(_put_one, (0, *NOTHING), (self._layout.n_rigid, *arrays), brief=True)
+        write = prepared(put_one, (0, *NOTHING), (self._layout.n_rigid, *arrays), brief=True)
         self._unsettle()
         self._writer, self._blocks = write, (translation, rotation)
 
@@ -747,8 +612,8 @@ class HeldWrenches:
         if self._row_writers[0] is not self._table:
             last = argument(self._layout.to_principal), flat(self._table)
             first = (0, *NOTHING)
-            as_it_is = prepared(_put_row, first, (0, *last), brief=True)
-            turned = prepared(_put_row, first, (1, *last), brief=True)
+            as_it_is = prepared(put_row, first, (0, *last), brief=True)
+            turned = prepared(put_row, first, (1, *last), brief=True)
             self._row_writers = self._table, as_it_is, turned
         return self._row_writers[2 if turns else 1]
 
@@ -795,10 +660,10 @@ class HeldWrenches:
         arrays = [argument(array) for array in (self._weight.reshape(-1), translation, rotation)]
         given = [argument(array.reshape(-1)) for array in (asked.force, asked.torque)]
         table = np.zeros((sizes[1], COLUMNS))
-        listed = prepared(_list_turning, (), (*given, sizes[1], flat(table)), brief=True)
+        listed = prepared(list_turning, (), (*given, sizes[1], flat(table)), brief=True)
         if asked.turns_with_body:
             given = [argument(np.zeros(3 * sizes[0]))] * 2
-        return prepared(_put_all, (), (*given, *sizes, *arrays), brief=True), listed, table
+        return prepared(put_all, (), (*given, *sizes, *arrays), brief=True), listed, table
 
     def _taker_of_turning(self, asked: Rows, table: Array) -> Callable[..., Any]:
         """Make what takes over rows in body axes and lists them where what turns lies now."""
@@ -807,7 +672,7 @@ class HeldWrenches:
             argument(layout.moving), argument(self._still), layout.n_rigid,
             argument(layout.to_principal), flat(asked.force), flat(asked.torque), flat(table),
         )  # fmt: skip
-        return prepared(_take_and_list_rows, (nothing, nothing), last, brief=True)
+        return prepared(take_and_list_rows, (nothing, nothing), last, brief=True)
 
     def _taker_at_once(
         self, asked: Rows, translation: Array, rotation: Array
@@ -820,7 +685,7 @@ class HeldWrenches:
             argument(layout.to_principal), *(argument(array.reshape(-1)) for array in arrays),
             argument(translation), argument(rotation),
         )  # fmt: skip
-        return prepared(_take_and_put_rows, (nothing, nothing), last, brief=True)
+        return prepared(take_and_put_rows, (nothing, nothing), last, brief=True)
 
     def _write_bodies(self, changed: set[int], translation: Array, rotation: Array) -> None:
         if not changed:
