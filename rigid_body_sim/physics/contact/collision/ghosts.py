@@ -543,7 +543,7 @@ def _note_covers(
 ) -> None:  # fmt: skip
     """
     Keep a covered manifold that was taken out in the list, without points, if both colliders are
-    convex: the two do not meet as long as one of its covers carries (`events.impact_queue`). In
+    convex: the two do not meet as long as one of its covers carries (`events.loaded_pairs`). In
     place of its points behind the first one it names their pairs.
 
         normal, nearest : normal, place of the first point and its separation before it was

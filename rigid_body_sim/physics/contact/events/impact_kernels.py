@@ -15,6 +15,7 @@ from rigid_body_sim.physics.contact.collision.narrow_phase import collider_of_pa
 from rigid_body_sim.physics.contact.events import (
     closest_axis,
     contact_points,
+    first_instants,
     flight,
     flush_faces,
     free_points,
@@ -22,7 +23,9 @@ from rigid_body_sim.physics.contact.events import (
     impact,
     impact_queue,
     joint,
+    neighbours,
     on_ground,
+    present_instant,
     time_of_impact,
 )
 
@@ -32,7 +35,7 @@ class ImpactKernels(NamedTuple):
     What the tick calls.
 
     find_impacts : see `impact_queue`
-    meet_now     : see `impact_queue`
+    meet_now     : see `present_instant`
     land         : see `impact_queue`
     """
 
@@ -84,8 +87,8 @@ def impact_kernels(
     make('add_carriers', joint._add_carriers)
     make('meet_with_load', joint._meet_with_load)
     make('strike', impact._strike)
-    make('closing_speed', impact_queue._closing_speed)
-    make('is_left_to_solver', impact_queue._is_left_to_solver)
+    make('closing_speed', first_instants._closing_speed)
+    make('is_left_to_solver', first_instants._is_left_to_solver)
     make('wants_a_cut', impact_queue._wants_a_cut)
     if ground:
         make('lies_over_facet', on_ground._lies_over_facet)
@@ -94,19 +97,19 @@ def impact_kernels(
         make('find_on_triangles', on_ground._find_on_triangles)
         make('find_on_ground', on_ground._find_on_ground)
         make('measure_ground', on_ground._measure_ground)
-        make('ask_ground_first', impact_queue._ask_ground_first)
-    make('ask_first', impact_queue._ask_first)
-    make('ask_all', impact_queue._ask_all)
-    make('begin_anew', impact_queue._begin_anew)
-    make('find_events', impact_queue._find_events)
-    make('ask_neighbours', impact_queue._ask_neighbours)
+        make('ask_ground_first', first_instants._ask_ground_first)
+    make('ask_first', first_instants._ask_first)
+    make('ask_all', first_instants._ask_all)
+    make('begin_anew', first_instants._begin_anew)
+    make('find_events', first_instants._find_events)
+    make('ask_neighbours', neighbours._ask_neighbours)
     make('ask_again', impact_queue._ask_again)
     make('follow_impacts', impact_queue._follow_impacts)
     make('find_impacts', impact_queue._find_impacts)
-    make('measure', impact_queue._measure)
-    make('next_of_cluster', impact_queue._next_of_cluster)
-    make('find_flush', impact_queue._find_flush)
-    make('meet_now', impact_queue._meet_now)
+    make('measure', present_instant._measure)
+    make('next_of_cluster', present_instant._next_of_cluster)
+    make('find_flush', present_instant._find_flush)
+    make('meet_now', present_instant._meet_now)
     make('land', impact_queue._land)
     return ImpactKernels(offered['find_impacts'], offered['meet_now'], offered['land'])
 
