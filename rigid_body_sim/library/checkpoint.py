@@ -37,7 +37,7 @@ from rigid_body_sim.scene.writing import with_text
 
 MAGIC = b'rigid_body_sim checkpoint\n'
 # 2: the impulse cache keeps what full detections found (`collision.recycling`); 3: and where lines
-# of contact bore (`solver.common_pressure`)
+# of contact bore (`solver.surface_loads`)
 VERSION = 3
 SCENE, STATE, AUTO = 'scene', 'state', 'auto'  # parts; files: 'file:NAME'
 FILE = 'file:'

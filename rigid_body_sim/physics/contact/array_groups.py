@@ -80,7 +80,7 @@ class Constraints(NamedTuple):
     places        : scratch: where manifolds lie in the cache
     roots         : scratch: union-find of bodies
     unsettled     : of islands that go on: see `islands.unsettled_record`
-    members       : scratch: manifolds of a surface, see `solver.common_pressure`
+    members       : scratch: manifolds of a surface, see `solver.surface_members`
     scratch       : of the batch under way, of each thread its own: see `solver.lane_scratch`
     """
 

@@ -22,7 +22,7 @@ PAIR_ID = manifold.number('-', 'see `manifold_record`')
 POINTS = manifold.number('-', 'how many follow')
 LOAD = manifold.number('m/s^2', 'see `static_sink`')
 MIDDLE = manifold.vector(
-    'm', 'of what one or two points bore, from the origin of what moves: `common_pressure`'
+    'm', 'of what one or two points bore, from the origin of what moves: `surface_loads`'
 )
 NEXT_LOST = manifold.number(
     '-', 'of the next one that its body has lost: `impulse_cache.link_lost`'

@@ -5,7 +5,7 @@ Normals of several manifolds that are one surface, solved as a whole before a pa
 by one: what falls flat on tiles, or lies with several parts on one plane, is not turned.
 
 Each manifold alone gives the body a turn, which the others take back to the tolerance of the
-passes (`whole_manifold`). But all of one body on one other with one normal (`common_pressure`)
+passes (`whole_manifold`). But all of one body on one other with one normal (`surface_members`)
 are again points of two rigid bodies in a plane. So their impulses are sought in the same form, of
 places in the plane, with middles and sums over all of them,
 
