@@ -9,8 +9,21 @@ from __future__ import annotations
 import numpy as np
 
 from rigid_body_sim.physics.arrays import Indices
-from rigid_body_sim.physics.compile.kernels import kernel
+from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact.collision import collider_record
+
+
+@inline
+def is_ignored(pair_id: int, ignored: Indices) -> bool:
+    """Tell whether a pair is one of those, which are in rising order."""
+    low, high = 0, len(ignored)
+    while low < high:
+        middle = (low + high) // 2
+        if ignored[middle] < pair_id:
+            low = middle + 1
+        else:
+            high = middle
+    return low < len(ignored) and ignored[low] == pair_id
 
 
 @kernel
@@ -23,14 +36,7 @@ def without_ignored(pairs: int, ignored: Indices, pair_ids: Indices) -> int:
     left = 0
     for pair in range(pairs):
         pair_id = pair_ids[pair]
-        low, high = 0, len(ignored)
-        while low < high:
-            middle = (low + high) // 2
-            if ignored[middle] < pair_id:
-                low = middle + 1
-            else:
-                high = middle
-        if low < len(ignored) and ignored[low] == pair_id:
+        if is_ignored(pair_id, ignored):
             continue
         pair_ids[left] = pair_id
         left += 1

@@ -15,6 +15,7 @@ from rigid_body_sim.physics.compile.kernels import inline
 from rigid_body_sim.physics.contact import tick_counts
 from rigid_body_sim.physics.contact.collision import bounds_record, collider_record, swept_aabbs
 from rigid_body_sim.physics.contact.collision.collider import PLANE
+from rigid_body_sim.physics.contact.collision.ignored_pairs import is_ignored
 from rigid_body_sim.physics.contact.collision.shape_parameters import NORMAL, OFFSET
 from rigid_body_sim.physics.contact.events import event_lists, flight_record
 from rigid_body_sim.physics.contact.events.event_lists import following
@@ -57,20 +58,6 @@ def _lists_pair(body: int, a: int, b: int, flights: Flights) -> bool:
             return True
         entry = following(entry, count, flights.links)
     return False
-
-
-@inline
-def _is_ignored(a: int, b: int, count: int, ignored: Indices) -> bool:
-    """Tell whether the scene says that a pair does not meet."""
-    pair_id = max(a, b) * count + min(a, b)
-    low, high = 0, len(ignored)
-    while low < high:
-        middle = (low + high) // 2
-        if ignored[middle] < pair_id:
-            low = middle + 1
-        else:
-            high = middle
-    return low < len(ignored) and ignored[low] == pair_id
 
 
 @inline
@@ -131,7 +118,8 @@ def _ask_neighbours(body: int, time: float, h: float, flights: Flights, counts: 
             type_a = table[a * collider_record.SIZE + collider_record.TYPE]
             if type_a > kind or (type_a == kind and a > b):
                 a, b = b, a
-            if _is_ignored(a, b, count, flights.ignored) or _lists_pair(body, a, b, flights):
+            pair_id = max(a, b) * count + min(a, b)
+            if is_ignored(pair_id, flights.ignored) or _lists_pair(body, a, b, flights):
                 continue
             if not has_room_for_event(flights, counts):
                 return False
