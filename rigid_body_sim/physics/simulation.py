@@ -57,6 +57,7 @@ from rigid_body_sim.physics.forces.at_start import (
 from rigid_body_sim.physics.forces.elements import held_body_wrench
 from rigid_body_sim.physics.forces.held_wrenches import FOREVER, HeldWrenches, Slot
 from rigid_body_sim.physics.forces.power import COMMANDS
+from rigid_body_sim.physics.forces.schedule import SNAP
 from rigid_body_sim.physics.integration import choose
 from rigid_body_sim.physics.integration.integrator import Integrator
 from rigid_body_sim.physics.integration.lookout import Lookout, RecordedChoices, Watch
@@ -373,8 +374,8 @@ class Simulation:
                 if watch is not None:
                     chunk = int(min(chunk, watch.next_tick - tick))
                 self._read = None
-                if self._loses_mass and self._out_of_mass[0] <= self.scene_time + chunk * self._dt:
-                    chunk = self._ticks_with_mass()
+                if self._loses_mass:
+                    chunk = min(chunk, self._ticks_with_mass())
                 first = self._scene_tick if self._start_ns else tick
                 done = stepper.advance(chunk, first, self._dt)
                 tick = stepper.tick
@@ -442,7 +443,8 @@ class Simulation:
     def _ticks_with_mass(self) -> int:
         """Count the whole ticks before a body is out of mass; SimulationDiverged if none."""
         end, body = self._out_of_mass
-        ticks = math.ceil((end - self.scene_time) / self.dt) - 1
+        # what ends at a boundary, up to rounding, ends there: as forces do
+        ticks = math.ceil(end / self._dt - self._scene_tick - SNAP) - 1
         if ticks < 1:
             raise SimulationDiverged(
                 body=body,

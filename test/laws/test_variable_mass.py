@@ -286,6 +286,17 @@ def test_a_run_stops_before_the_last_of_the_mass_is_gone():
     assert np.all(np.isfinite(sim.state.values))
 
 
+def test_a_mass_that_is_gone_at_a_tick_boundary_up_to_rounding_is_gone_there():
+    """In whole ticks or in one, the run stops a tick before, and says why."""
+    for ticks in range(2, 40):
+        for at_once in (True, False):
+            sim = Simulation(scene(mass_rate=-MASS / (ticks * 0.01)), integrator='rk4')
+            with pytest.raises(SimulationDiverged, match='its mass is used up'):
+                for _ in range(1 if at_once else ticks):
+                    sim.step(ticks if at_once else 1)
+            assert sim.tick == ticks - 1
+
+
 @pytest.mark.parametrize(
     ('flow', 'said'),
     [
