@@ -39,6 +39,7 @@ from rigid_body_sim.physics.contact.solver import contact_point, variable_mass
 from rigid_body_sim.physics.contact.solver.iterations import solver
 from rigid_body_sim.physics.contact.suited_integrators import unsuited
 from rigid_body_sim.physics.contact.ticks import Ticks
+from rigid_body_sim.physics.contact.unresolved_motions import unresolved_motion_warnings
 from rigid_body_sim.physics.contact.world_arrays import WorldArrays
 from rigid_body_sim.physics.contact.world_memory import WorldMemory
 from rigid_body_sim.physics.contact.world_readout import WorldReadout, Written
@@ -73,7 +74,11 @@ class ContactWorld:
         self._layout = layout
         self._integrator = integrator
         colliders = Colliders.of(scene, layout)
-        self.warnings = convexity_warnings(scene) + small_body_warnings(scene, colliders)
+        self.warnings = (
+            *convexity_warnings(scene),
+            *small_body_warnings(scene, colliders),
+            *unresolved_motion_warnings(scene),
+        )
         self._kinds = colliders.pairs()
         fixed = colliders.types[colliders.bodies == collider_record.STATIC]
         self._corners = len(fixed) > 1 or SURFACE in fixed

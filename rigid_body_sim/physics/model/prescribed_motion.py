@@ -266,6 +266,34 @@ def _turns(path: Array) -> bool:
     return bool(np.any(intervals[:, COEFFICIENTS + 3 * CUBIC :]))
 
 
+def greatest_rates(body: Body) -> tuple[Array, Array]:
+    """
+    Bound how fast the six ways of a body change, waves and table together, without what goes on
+    evenly: rates (6,) [m/s, rad/s], and the rates of these (6,) [m/s^2, rad/s^2].
+    """
+    motion = body.motion
+    assert motion is not None
+    rates, changes = np.zeros(len(WAYS)), np.zeros(len(WAYS))
+    for way, name in enumerate(WAYS):
+        for each in getattr(motion, name):
+            turning = 2.0 * math.pi / each.period
+            rates[way] += abs(each.amplitude) * turning
+            changes[way] += abs(each.amplitude) * turning * turning
+    if motion.table:
+        rows = _intervals(motion)[:-1].reshape(-1, INTERVAL)
+        c = rows[:, COEFFICIENTS:].reshape(len(rows), len(WAYS), CUBIC)
+        lengths = np.diff([row[0] for row in motion.table])[:, None]
+        with np.errstate(all='ignore'):  # a change that goes on evenly turns nowhere
+            turns = np.clip(np.nan_to_num(-c[..., 2] / (3.0 * c[..., 3])), 0.0, lengths)
+        of_table = np.zeros((2, len(WAYS)))
+        for s in (np.zeros_like(lengths), lengths, turns):
+            rate = c[..., 1] + s * (2.0 * c[..., 2] + 3.0 * s * c[..., 3])
+            change = 2.0 * c[..., 2] + 6.0 * s * c[..., 3]
+            of_table = np.maximum(of_table, np.abs((rate, change)).max(axis=1))
+        rates, changes = rates + of_table[0], changes + of_table[1]
+    return rates, changes
+
+
 def what_is_common(path: Array) -> bytes:
     """Give what the paths of all points of a body have in common."""
     of_all = path.copy()
