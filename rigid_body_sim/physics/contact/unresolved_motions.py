@@ -41,9 +41,9 @@ def unresolved_motion_warnings(scene: Scene) -> tuple[str, ...]:
             if not is_event:
                 cure += ', or contact: {mode: event} if it throws what flies'
             found.append(
-                f'{body.name!r} moves faster than ticks of {dt:.3g} s can follow: in one its {way} '
-                f'changes its velocity by {change * dt:.3g} times the greatest that it has, and '
-                f'with which speed it throws things depends on where ticks fall; {cure}'
+                f'{body.name!r} moves faster than ticks of {dt:.3g} s can follow: in one its '
+                f'{way} changes its velocity by {change * dt:.3g} times the greatest that it has, '
+                f'and with which speed it throws things depends on where ticks fall; {cure}'
             )
     return tuple(found)
 
