@@ -55,8 +55,8 @@ FLOORS = {  # room -> rooms and lone modules in it, the lowest first: arrows go 
         'pair_rules', 'settings', 'suited_integrators', 'unresolved_motions', 'tick_settings',
         'tick_counts', 'array_groups', 'packed_bodies', 'solver_bodies', 'crew', 'helpers',
         'collision', 'solver', 'touching', 'islands', 'prescribed_bodies', 'works_of_drives',
-        'events', 'energy', 'readout', 'tick_world', 'detection', 'assembly', 'substeps', 'tick_end', 'step',
-        'world_arrays', 'world_readout', 'world_memory', 'pieces',
+        'events', 'energy', 'readout', 'tick_world', 'detection', 'assembly', 'substeps',
+        'tick_end', 'step', 'world_arrays', 'world_readout', 'world_memory', 'pieces',
         'island_ticks', 'cut_ticks', 'ticks', 'world',
     ),
     'physics.integration': (
