@@ -114,6 +114,31 @@ def test_a_ball_that_rolls_against_a_smooth_wall_on_rough_ground_rolls_back_by_t
         assert sim.state.velocity[2, 0] == pytest.approx(law, abs=1e-9)  # rounding; 2e-2 is a tick
 
 
+@pytest.mark.parametrize('ways', [3, pytest.param(40, marks=pytest.mark.long)])
+def test_it_rolls_back_by_the_law_also_if_it_meets_the_wall_at_the_end_of_a_substep(ways):
+    """
+    Whether it touches before or behind that end is rounding, by which friction of the ground must
+    not count a substep more or less (mu g h, 2e-3 m/s).
+    """
+    wall = Body('wall', Plane((-1.0, 0.0, 0.0), -1.0), 0.0, fixed=True)
+    floor = ground(material={'friction': 0.2})
+    pairs = ({'bodies': ('ball', 'wall'), 'friction': 0.0, 'restitution': 0.4},)
+    rng = np.random.default_rng(7)
+    for number in range(ways):
+        speed = 0.8 if number == 0 else rng.uniform(0.5, 3.0)
+        for quarter in range(4):
+            for beside in (0.0, 1e-15, -1e-12, 1e-12, -1e-9, 1e-9, 3e-7):
+                way = speed * DT * (5 + quarter / 4 + beside)
+                rolls = ball(
+                    'ball', 0.1, (0.9 - way, 0, 0.1), velocity=(speed, 0, 0),
+                    turn=(0, speed / 0.1, 0), material={'friction': 0.2},
+                )  # fmt: skip
+                sim = Simulation(scene([floor, wall, rolls], dt=DT, pairs=pairs))
+                sim.step(round((way / speed + speed / (0.2 * G)) / DT))
+                law = (2.0 / 7.0 - 5.0 / 7.0 * 0.4) * speed
+                assert sim.state.velocity[2, 0] == pytest.approx(law, abs=2e-6 * speed)
+
+
 @pytest.mark.parametrize(('friction', 'of_wall'), [(0.3, 0.3), (1.0, 1.0), (0.6, 0.1)])
 @pytest.mark.parametrize('e', [0.3, 1.0])
 def test_a_ball_that_rolls_against_a_rough_wall_rolls_back_by_the_law(e, friction, of_wall):
@@ -133,8 +158,8 @@ def test_a_ball_that_rolls_against_a_rough_wall_rolls_back_by_the_law(e, frictio
         sim.step(round((0.3 + 2 * speed / (friction * G)) / DT))
         spin = 1.0 - 2.5 * min(of_wall * (1 + e), 2 / 7)
         law = (-5 * e + 2 * spin) / 7 * speed
-        # 2e-3 is what the wall carries of it in a substep
-        assert sim.state.velocity[2, 0] == pytest.approx(law, abs=3e-6)
+        # 2e-3 is what the wall carries of it in a substep; 4e-7 to 4e-6 are seen, by the phase
+        assert sim.state.velocity[2, 0] == pytest.approx(law, abs=5e-6)
 
 
 @pytest.mark.parametrize('draws', [6, pytest.param(60, marks=pytest.mark.long)])

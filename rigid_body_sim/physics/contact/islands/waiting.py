@@ -49,6 +49,7 @@ from rigid_body_sim.physics.contact.solver import (
     wide_lanes,
 )
 from rigid_body_sim.physics.contact.solver.constraint import LANES
+from rigid_body_sim.physics.contact.solver.solve import NEARLY
 from rigid_body_sim.physics.contact.solver.warm_start import share_of_point
 from rigid_body_sim.physics.vectors import (
     add,
@@ -198,7 +199,7 @@ def _correct_approach(
         approach = rows[point + contact_point.APPROACH_VELOCITY]
         if approach < 0.0:
             ahead = max(rows[point + contact_point.INITIAL_SEPARATION], 0.0)
-            meets = min(meets, ahead / (-approach * substep))
+            meets = min(meets, ahead / (-approach * substep) + NEARLY)
     whole = min(int(meets), substeps - 1)
     since = (substeps - whole) * substep, (substeps - meets) * substep
     _leave_slip(lane, points, width, since, substep, rows, bodies)

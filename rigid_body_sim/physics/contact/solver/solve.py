@@ -57,6 +57,10 @@ START = 100.0
 # that lands flat must not differ
 OPEN = 1e-12
 
+# [-] of a substep. What is to bounce, and touches so shortly before the end of one, waits for the
+# next, and is held from then on: whether it touches before or behind that end is rounding
+NEARLY = 1e-6
+
 # [1/s] speed at which a deep overlap goes, at most, over `constraint.DEEP`: five radii a second.
 # Faster throws bodies apart that begin in each other
 PUSH_OUT = 1000.0
@@ -281,16 +285,24 @@ def mark_carried(used: int, constraints: Array, scratch: Array, bodies: Array) -
 
 
 @inline
-def waits_to_bounce(lane: int, velocity: Any, constraints: Array) -> Any:
+def waits_to_bounce(
+    lane: int, velocity: Any, gap: Any, change: Any, constraints: Array
+) -> Any:  # fmt: skip
     """
     Tell whether a point that is still apart has to wait for the substep in which it touches, as it
     is to bounce there. What trembles comes slower, and must not: it would be let go, and lifted
     again, for ever.
 
     velocity : [m/s] along the normal
+    gap      : [m/s] separation over the substep
+    change   : [m/s] what its impulse in this substep gives
     """
-    return (constraints[lane + constraint.RESTITUTION] > 0.0) & (
-        velocity < -constraints[lane + constraint.BOUNCE_SPEED]
+    nearly = -NEARLY * velocity
+    return (
+        (constraints[lane + constraint.RESTITUTION] > 0.0)
+        & (velocity < -constraints[lane + constraint.BOUNCE_SPEED])
+        & (gap > -nearly)
+        & (change <= nearly)
     )
 
 
@@ -464,9 +476,10 @@ def _relax(
         new = new if new > 0.0 else 0.0
         # what touches in the next substep bounces there: at the end of a tick here is too early;
         # balls whose impact is foreseen are struck there too
-        waits = waits_to_bounce(lane, dot(normal, velocity), constraints)
-        waits = waits | (constraints[lane + constraint.WAITS] > 0.0)
-        new = 0.0 if is_open & waits & (old <= 0.0) else new
+        closing, k_normal = dot(normal, velocity), 1.0 / (mass if mass > 0.0 else 1.0)
+        waits = waits_to_bounce(lane, closing, separation * inverse_h, old * k_normal, constraints)
+        waits = waits | (is_open & (constraints[lane + constraint.WAITS] > 0.0) & (old <= 0.0))
+        new = 0.0 if waits else new
         active = scratch[lane + lane_scratch.ACTIVE] > 0.0
         new = new if active else old
         change = new - old
