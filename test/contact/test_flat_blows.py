@@ -294,44 +294,6 @@ def test_a_prism_that_falls_flat_on_a_plane_is_not_turned_in_ticks(seed, e):
     assert worst < 1e-9
 
 
-@pytest.mark.parametrize('floor', ['plane', 'block'])
-@pytest.mark.parametrize('seed', seeds(6, 80))
-def test_like_prisms_of_odd_corners_that_bounce_on_one_another_are_not_turned(seed, floor):
-    """
-    Two or three of five, seven or nine, of unlike masses, each over the other as it stands or
-    turned: not as one bounces off another that bears it, nor where they come to rest. Each is held
-    at four corners, which do not lie evenly about its middle.
-    """
-    rng = np.random.default_rng(seed)
-    corners, wide, thick = int(rng.choice([5, 7, 9])), *rng.uniform(0.05, 0.3, 2)
-    angles = np.arange(corners) * 2 * np.pi / corners
-    ring = [(wide * np.cos(a), wide * np.sin(a)) for a in angles]
-    vertices = [[*map(float, p), float(z)] for z in (-thick / 2, thick / 2) for p in ring]
-    e, mu, speed = float(rng.uniform(0.2, 0.7)), float(rng.choice([0.0, 0.5])), rng.uniform(0, 2)
-    ground = {'name': 'ground', 'restitution': e, 'friction': mu}
-    if floor == 'plane':
-        ground |= {'shape': {'type': 'plane', 'normal': [0, 0, 1], 'offset': 0}}
-    else:
-        ground |= {'shape': {'type': 'box', 'size': [9, 9, 1]}, 'fixed': True,
-                   'initial': {'position': [0, 0, -0.5]}}  # fmt: skip
-    bodies, turn, height = [], rng.uniform(-3, 3), rng.uniform(1e-3, 0.1)
-    for number in range(int(rng.integers(2, 4))):
-        turn = turn if rng.random() < 0.6 else rng.uniform(-3, 3)
-        bodies.append({
-            'name': f'body{number}', 'restitution': e, 'friction': mu,
-            'mass': float(10 ** rng.uniform(-0.5, 0.5)),
-            'shape': {'type': 'convex_hull', 'vertices': vertices},
-            'initial': {
-                'position': [0, 0, float(height + thick / 2)],
-                'orientation': turn_about((0, 0, 1), turn).tolist(),
-                'velocity': [0, 0, -float(speed)],
-            },
-        })  # fmt: skip
-        height += thick + rng.choice([0.0, 0.01, 0.2])
-    worst, _ = in_ticks([ground, *bodies], len(bodies), 2 * TICKS)
-    assert worst < 1e-9
-
-
 @pytest.mark.parametrize('e', E)
 @pytest.mark.parametrize('seed', seeds(4, 60))
 def test_what_falls_flat_over_an_edge_is_not_turned_in_ticks(seed, e):

@@ -73,20 +73,20 @@ def leaning_stack(seed, *, counts=(2, 7), sides_of=(3, 4, 6, 8)):
     })  # fmt: skip
 
 
-ROCKS = pytest.mark.xfail(strict=True, reason='rocks for ever, at 1.6e-3 rad/s')
+ROCKS = pytest.mark.xfail(strict=True, reason='rocks for ever on its lowest face, at 1.6e-3 rad/s')
 
 
 @pytest.mark.parametrize(
     'seed',
     [
         *range(10),
-        *(pytest.param(i, marks=pytest.mark.long) for i in range(10, 200) if i not in (52, 64)),
-        *(pytest.param(i, marks=[pytest.mark.long, ROCKS]) for i in (52, 64)),
+        *(pytest.param(i, marks=pytest.mark.long) for i in range(10, 200) if i != 64),
+        pytest.param(64, marks=[pytest.mark.long, ROCKS]),
     ],
 )
 def test_a_stack_that_is_not_straight_comes_to_rest(seed):
-    # 198 of 200 are far below; the other two rock, as two of the next 500 do. With one spring a
-    # face three boxes never fell below 5e-3 rad/s
+    # 199 of 200 are far below; the other one rocks, as single ones of other draws do. With one
+    # spring a face three boxes never fell below 5e-3 rad/s
     sim = Simulation(leaning_stack(seed))
     sim.step(1000)
     for _ in range(20):

@@ -248,7 +248,6 @@ def _find_first_loads(
     common_pressure.share_pressure(
         WIDTH, softness_of(now, settings), common_pressure.AS_FOUND, colliders, constraints, bodies
     )
-    first_loads.share_sinks(WIDTH, now.substep, constraints)
     if FLOWS:
         variable_mass.scale_to_present_mass(flows, bodies)
     prepare(

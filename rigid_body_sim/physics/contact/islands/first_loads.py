@@ -135,8 +135,11 @@ def _take_loads(lane: int, points: int, width: int, rows: Array) -> None:
 
 
 @inline
-def _load_of(lane: int, points: int, width: int, h: float, rows: Array) -> float:
-    """Return the load of a constraint [m/s^2], as `impulse_cache` does of a tick."""
+def _share_load(lane: int, points: int, width: int, h: float, rows: Array) -> float:
+    """
+    Return the load of a constraint [m/s^2], as `impulse_cache` does of a tick, and give each of
+    its points that has a spring of its own its share of the sink.
+    """
     first, end = lane + constraint.SIZE, lane + constraint.SIZE + points * width
     pressed, largest = rows[lane + constraint.OTHERS_IMPULSE], 0.0
     for row in range(first, end, width):
@@ -150,13 +153,17 @@ def _load_of(lane: int, points: int, width: int, h: float, rows: Array) -> float
         of_point = _load_of_point(row, h, rows)
         total += of_point
         bearing += static_sink.share_that_bears(of_point, largest)
-    return total / bearing if bearing > 0.0 else 0.0
+    load = total / bearing if bearing > 0.0 else 0.0
+    if load > 0.0 and rows[lane + constraint.SURFACE] == constraint.OF_NO_SURFACE:
+        for row in range(first, end, width):
+            rows[row + contact_point.SINK_SHARE] = _load_of_point(row, h, rows) / load
+    return load
 
 
 @inline
 def _load_of_point(row: int, h: float, rows: Array) -> Any:
-    """Return what a point carries, over its spring mass [m/s^2]; h: substep [s]."""
-    mass = rows[row + contact_point.SPRING_MASS]
+    """Return what a point carries, over its mass [m/s^2]; h: substep [s]."""
+    mass = rows[row + contact_point.NORMAL_MASS]
     return rows[row + contact_point.NORMAL_IMPULSE] / (h * mass) if mass > 0.0 else 0.0
 
 
@@ -182,25 +189,4 @@ def recall_loads(
         rows[lane + constraint.TOUCHED] = 0.0
         if not rests:
             _take_loads(lane, points, width, rows)
-        static_sink.begin(lane, h, _load_of(lane, points, width, h, rows), rows)
-
-
-@kernel
-def share_sinks(width: int, h: float, constraints: Constraints) -> None:
-    """
-    Give each point that has a spring of its own its share of the sink, by what it is chosen to
-    carry (`common_pressure`): so a manifold begins in balance.
-
-    h : [s] substep
-    """
-    manifolds, rows = constraints.manifolds, constraints.rows
-    for index in range(len(constraints.order)):
-        lane = lane_of(constraints.order[index], manifolds)
-        load = rows[lane + constraint.LOAD]
-        alone = rows[lane + constraint.SPRING_MASS] > 0.0 and rows[lane + constraint.ALONE] > 0.0
-        if alone or rows[lane + constraint.SURFACE] != constraint.OF_NO_SURFACE or not load > 0.0:
-            continue
-        place = constraints.order[index] * manifold_record.SIZE + manifold_record.POINT_COUNT
-        first = lane + constraint.SIZE
-        for row in range(first, first + int(manifolds[place]) * width, width):
-            rows[row + contact_point.SINK_SHARE] = _load_of_point(row, h, rows) / load
+        static_sink.begin(lane, h, _share_load(lane, points, width, h, rows), rows)

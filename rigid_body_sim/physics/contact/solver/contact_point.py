@@ -35,10 +35,6 @@ WARM_NORMAL = point.number('N s', 'half the warm-start impulse of this substep')
 WARM_TANGENT_1 = point.number('N s', 'the same, first tangent')
 WARM_TANGENT_2 = point.number('N s', 'the same, second tangent')
 SINK_SHARE = point.number('-', 'its own static sink over that of its manifold: `static_sink`')
-SPRING_SHARE = point.number(
-    '-', 'of its face for which it stands, over the largest: `face_spring`'
-)
-SPRING_MASS = point.number('kg', 'on which a spring of its own acts')
 TAKES_PART = point.number('-', '1: in what its manifold has in common: `common_impulse`')
 DROPPED = point.number('-', '1: takes no more part in this visit: `whole_manifold`')
 # while an island goes on that the usual passes have left unsettled: see `islands.unsettled`

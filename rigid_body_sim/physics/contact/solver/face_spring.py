@@ -1,15 +1,14 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-The springs of a face: how soft the normals of a manifold are that is solved as a whole, or of a
+The one spring of a face: how soft the normals of a manifold are that is solved as a whole, or of a
 surface of several.
 
-A spring at each point gives way by what that point carries. Were they all alike, a face whose
-points do not lie evenly about its load (four of five corners, a body that hangs over some of its
-tiles) would tilt while it is pressed, by 1e-7 rad in an impact, and the next one would turn it.
-But which point carries how much is a matter of where points were put. So these have one spring,
-pressed by what all of them carry together: with c = iota/(M sigma), and b as of each point
-(`solve`),
+A spring at each point gives way by what that point carries. So a face whose points do not lie
+evenly about its load (four of five corners, a body that hangs over some of its tiles) tilts while
+it is pressed, by 1e-7 rad in an impact, and the next one turns it. But which point carries how
+much is a matter of where points were put. So these have one spring, pressed by what all of them
+carry together: with c = iota/(M sigma), and b as of each point (`solve`),
 
     v_n + b + c sum_j J_j = 0         M = 1/(1/m_A + 1/m_B)
 
@@ -24,16 +23,7 @@ It is the spring of a flat blow, where nothing was pressed in the last tick and 
 of what lies alone. Of a stack each point has a spring of its own as soon as it stands: else
 nothing but the bias answers to a tilt, and what the passes leave of it grows from tick to tick
 (three boxes that stand a few millimetres beside each other trembled at 5e-3 rad/s, ten at 0.3, and
-never came to rest). They are an elastic foundation of the face: each is as stiff as the part of it
-for which its point stands, u_i of `pressure_of_face`,
-
-    m_i = (u_i/sum u) sum m        m: effective masses, m_i: of the spring (`solve.soft_law`)
-
-so what presses evenly gives way evenly, and a load that changes, as something on it bounces off,
-tilts nothing. Impulses change with the same weights (`whole_manifold`), so that what springs give
-is linear over the face, as the motion of rigid bodies is.
-
-Springs of its own has also each point of several lines, whose load goes from
+never came to rest). Springs of its own has also each point of several lines, whose load goes from
 tile to tile as they roll (`softness`), of several faces on a pivot, and of what touches three
 others and more.
 """
@@ -128,29 +118,20 @@ def keep_for_blows(
 
 @inline
 def find_masses(lanes: int, width: int, constraints: Array, points: Array) -> None:
-    """
-    Give each manifold of a batch one spring, and its points their parts of theirs; what is part of
-    a surface keeps that of it, and points alike.
-    """
+    """Give each manifold of a batch one spring; what is part of a surface keeps that of it."""
     for lane in range(lanes):
         inverse_mass = (
             constraints[lane + constraint.INVERSE_MASS_A]
             + constraints[lane + constraint.INVERSE_MASS_B]
         )
-        of_none = constraints[lane + constraint.SURFACE] == constraint.OF_NO_SURFACE
-        total, shares = 0.0, 0.0
+        total = 0.0
         for row in range(lane, lane + manifold.MOST * width, width):
             # what a manifold has not may have a mass
             is_point = points[row + contact_point.INITIAL_SEPARATION] < far_points.NONE
             total += points[row + contact_point.NORMAL_MASS] if is_point else 0.0
-            shares += points[row + contact_point.SPRING_SHARE] if is_point else 0.0
-        of_share = total / (shares if shares > 0.0 else 1.0)
-        for row in range(lane, lane + manifold.MOST * width, width):
-            own = points[row + contact_point.SPRING_MASS]
-            mass = of_share * points[row + contact_point.SPRING_SHARE]
-            points[row + contact_point.SPRING_MASS] = mass if of_none else own
         moves = inverse_mass > 2.0 * solver_bodies.HELD
         mass = 1.0 / (inverse_mass if moves else 1.0) if moves else total
+        of_none = constraints[lane + constraint.SURFACE] == constraint.OF_NO_SURFACE
         before = constraints[lane + constraint.SPRING_MASS]
         constraints[lane + constraint.SPRING_MASS] = mass if of_none else before
 

@@ -46,7 +46,6 @@ from rigid_body_sim.physics.model.material import material_of_pair, store_materi
 from rigid_body_sim.physics.state.blocks import LANES, RX, TRANSLATION, at
 from rigid_body_sim.physics.vectors import add_scaled, cross, dot, load, load_strided, subtract
 
-LEAST = 0.01  # [-] share of its face for which a point stands: without one it has no spring
 HALF_WEIGHT = 1e-6  # [m] apart from the nearest point of a manifold: it counts half at first
 
 AT_END = 0.97  # [-] cosine of normal and axis of a cylinder above which an edge is at its end
@@ -340,26 +339,6 @@ def _weigh_nearest(
         rows[weights + point * constraint.LANES] /= total
 
 
-@inline
-def _share_springs(
-    record: int, begin: int, width: int, tangents: Any, manifolds: Array, rows: Array
-) -> None:
-    """
-    Write for which share of its face each point of a manifold stands, over the largest; 1 where
-    the face was not measured.
-
-        begin    : where its first point begins
-        tangents : two
-    """
-    shares = pressure_of_face.weights(record, tangents, manifolds)
-    count = int(manifolds[record + manifold_record.POINT_COUNT])
-    is_measured = count > 2 and manifolds[record + manifold_record.FACE_AREA] > 0.0
-    most = max(shares[0], shares[1], shares[2], shares[3])
-    for point in range(manifold.MOST):
-        share = max(shares[point] / most, LEAST) if is_measured and point < count else 1.0
-        rows[begin + point * width + contact_point.SPRING_SHARE] = share
-
-
 @kernel
 def prepare_points(
     width: int, curved: bool, order: Indices, translation: Array, colliders: ColliderArrays,
@@ -413,11 +392,9 @@ def prepare_points(
             face = lane + constraint.SIZE + manifold.MOST * width
             surface_friction.leave_alone(lane, width, rows)
             _weigh_nearest(point_count, record, face, manifolds, rows)
-            tangents = tangent, cross(normal, tangent)
             rows[face + friction_patch.UNIFORM] = pressure_of_face.uniform_share(
-                record, tangents, manifolds
+                record, (tangent, cross(normal, tangent)), manifolds
             )
-            _share_springs(record, lane + constraint.SIZE, width, tangents, manifolds, rows)
         for point in range(point_count):
             found = record + manifold_record.POINTS + point * manifold.POINT
             row = lane + constraint.SIZE + point * width

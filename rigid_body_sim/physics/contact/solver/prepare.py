@@ -59,9 +59,7 @@ def effective_masses(lanes: int, constraints: Array, points: Array) -> None:
         largest = _largest_eigenvalue(k11, k12, k22)
         points[lane + contact_point.CROSS_TERM_1] = dot(first_a, turn_a) + dot(first_b, turn_b)
         points[lane + contact_point.CROSS_TERM_2] = dot(second_a, turn_a) + dot(second_b, turn_b)
-        mass = 1.0 / k_normal if k_normal > IMMOVABLE else 0.0
-        points[lane + contact_point.NORMAL_MASS] = mass
-        points[lane + contact_point.SPRING_MASS] = mass
+        points[lane + contact_point.NORMAL_MASS] = 1.0 / k_normal if k_normal > IMMOVABLE else 0.0
         points[lane + contact_point.TANGENT_MASS] = 1.0 / largest if largest > 0.0 else 0.0
 
 

@@ -21,12 +21,12 @@ separation s, substep h, and beta, sigma, iota the bias rate, mass scale and imp
               m/(1 + x) for m where x = m (J_t . K_tn) / J_n > 1/2
     friction: J_t <- J_t - v_t / lambda_max, then onto the disc |J_t| <= mu J_n
 
-m : effective mass, 1/(n-entry of J M^-1 J^T), in c that of the spring (`face_spring`); lambda_max
-largest eigenvalue of its tangential block. A step by 1/lambda_max and not by the inverse of the
-block: only so is the friction of a slide opposite to its velocity. K_tn: velocity along the
-tangents per normal impulse. Friction that slides follows what presses, and lifts by x of what it
-presses with: visits that leave this out fall by x from one to the next, and end at no impulse at
-all where x > 1 (a steep rod that slides, Painleve's ratio mu K/k_n).
+m : effective mass, 1/(n-entry of J M^-1 J^T); lambda_max largest eigenvalue of its tangential
+block. A step by 1/lambda_max and not by the inverse of the block: only so is the friction of a
+slide opposite to its velocity. K_tn: velocity along the tangents per normal impulse. Friction that
+slides follows what presses, and lifts by x of what it presses with: visits that leave this out
+fall by x from one to the next, and end at no impulse at all where x > 1 (a steep rod that slides,
+Painleve's ratio mu K/k_n).
 """
 
 from __future__ import annotations
@@ -320,7 +320,7 @@ def soft_law(
     between two that both push it out cannot obey: its pace falls from JAMS times the impulse that
     gives the highest one, to none at twice that.
 
-        mass    : [kg] on which its own spring acts
+        mass    : [kg] effective mass along the normal
         sink    : [m] its static sink, which its separation is less
         impulse : [N s] J, or of all points with their one spring: `face_spring`
         sudden  : [N s] of it, what no load explains
@@ -382,7 +382,7 @@ def _solve_normals(
         one_spring = constraints[lane + constraint.SPRING_MASS] > 0.0
         beyond = scratch[lane + lane_scratch.SPRING_IMPULSE] if one_spring else beyond
         bias, softness = soft_law(
-            constraints, lane, points[lane + contact_point.SPRING_MASS], separation, sink, beyond,
+            constraints, lane, mass, separation, sink, beyond,
             old - 2.0 * points[lane + contact_point.WARM_NORMAL], inverse_h, slop, cap,
         )  # fmt: skip
         if BENDS:

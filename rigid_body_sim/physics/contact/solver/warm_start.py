@@ -63,7 +63,7 @@ def share_of_point(row: int, points: Array) -> Any:
     """Share of the impulse of a point that is a load, alone."""
     return share_of_load(
         points[row + contact_point.NORMAL_IMPULSE], points[row + contact_point.WARM_NORMAL],
-        points[row + contact_point.SPRING_MASS],
+        points[row + contact_point.NORMAL_MASS],
     )  # fmt: skip
 
 

@@ -10,17 +10,16 @@ with the other, to the tolerance of the iteration. The points of a manifold are 
 bodies: at the place (x, y) in the plane of contact their velocity is v + x w_1 + y w_2. So the
 change of their impulses is sought in the same form,
 
-    J'_i = sum_j mu_j psi_j(i),   psi_0 = w_i, psi_1 = w_i (x_i - x), psi_2 = w_i (y_i - y)
+    J'_i = sum_j mu_j psi_j(i),   psi_0 = 1, psi_1 = x_i - x, psi_2 = y_i - y
 
-over the points that press or are about to, (x, y) their middle, w_i the part of the face for which
-a point stands over the largest of them (`face_spring`), k their sum. With b and c of their one
+over the k points that press or are about to, (x, y) their middle. With b and c of their one
 spring (`face_spring`), r_i = v_n + b_i + c sum_j J_j of point i,
 
     (B + C) mu = -sum_i psi(i) r_i,   J_i <- J_i + t J'_i
 
     B_jl = G_j x n . I^-1 (G_l x n) of A and of B, and k^2 (1/m_A + 1/m_B) in B_00
     G_j = sum_i psi_j(i) r_i,  r_i the arm;   C = c S S^T,  S = sum psi(i) of what is soft,
-    or of what has springs at its points (`face_spring`) C = sum c_i psi(i) psi(i)^T
+    or of what has springs at its points (`face_spring`) C = c sum psi(i) psi(i)^T
 
 It is the change after which visits of the points find nothing (Galerkin's equations in the space
 of rigid motions). t <= 1 is the share at which the first impulse comes to 0: so far, no change
@@ -213,9 +212,8 @@ def _law(
         one_spring = constraints[lane + constraint.SPRING_MASS] > 0.0
         impulse = scratch[lane + lane_scratch.SPRING_IMPULSE] if one_spring else impulse
         bias, softness = soft_law(
-            constraints, lane, points[row + contact_point.SPRING_MASS], separation, sink, impulse,
-            sudden, inverse_h, slop, cap,
-        )  # fmt: skip
+            constraints, lane, mass, separation, sink, impulse, sudden, inverse_h, slop, cap
+        )
         if BENDS:
             bias += bends.bend_of_point(row, lane, LAYERED, points, scratch)
     else:
@@ -275,7 +273,7 @@ def _sums_of(
     velocity = motion[0] + (dot(motion[2], arm_b) - dot(motion[1], arm_a))
     found = law(constraints, points, scratch, lane, row, velocity, inverse_h, slop, cap)
     takes_part = found[2]
-    share = points[row + contact_point.SPRING_SHARE]
+    share = 1.0
     if scratch[lane + lane_scratch.WHOLE_WEIGHS] == BY_IMPULSE:
         most = scratch[lane + lane_scratch.WHOLE_MOST]
         share = impulse_so_far(row, points, SOFT, BOUNCING) / most
@@ -286,12 +284,9 @@ def _sums_of(
     if SOFT:
         softness = found[1]
         soft_share = share if softness > 0.0 else 0.0
-        soft = (
-            soft_share * softness, (soft_share, soft_share * x, soft_share * y),
-            square_of(softness, share, along_x, along_y),
-        )  # fmt: skip
+        soft = soft_share * softness, (soft_share, soft_share * x, soft_share * y)
     else:
-        soft = 0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        soft = 0.0, (0.0, 0.0, 0.0)
     return (
         (share, along_x, along_y, along_x * x, along_x * y, along_y * y), (r, r * x, r * y), soft
     )  # fmt: skip
@@ -300,14 +295,11 @@ def _sums_of(
 @inline
 def _added(sums: Any, more: Any) -> Any:
     """Add the sums of points."""
-    places, drives, (softness, soft_places, squares) = sums
-    more_places, more_drives, (more_softness, more_soft_places, more_squares) = more
+    places, drives, (softness, soft_places) = sums
+    more_places, more_drives, (more_softness, more_soft_places) = more
     return (
         add_symmetric(places, more_places), add(drives, more_drives),
-        (
-            softness + more_softness, add(soft_places, more_soft_places),
-            add_symmetric(squares, more_squares),
-        ),
+        (softness + more_softness, add(soft_places, more_soft_places)),
     )  # fmt: skip
 
 
@@ -315,7 +307,7 @@ def _added(sums: Any, more: Any) -> Any:
 def stirs(places: Any, drives: Any) -> Any:
     """Tell whether what moves the points that take part is more than STILL."""
     count, s_x, s_y, s_xx, _, s_yy = places
-    share = 1.0 / (count if count > 0.0 else 1.0)
+    share = 1.0 / (count if count > 1.0 else 1.0)
     x, y = share * s_x, share * s_y
     of_all, along_x, along_y = drives[0], drives[1] - x * drives[0], drives[2] - y * drives[0]
     spread = (s_xx - x * s_x) + (s_yy - y * s_y)
@@ -352,11 +344,6 @@ def _sum_up(
         if SOFT:
             scratch[lane + lane_scratch.WHOLE_SOFTNESS] = soft[0]
             wide_lanes.put_vector(scratch, lane + lane_scratch.WHOLE_SOFT_PLACES, soft[1])
-            c, c_x, c_y, c_xx, c_xy, c_yy = soft[2]
-            wide_lanes.put_vector(scratch, lane + lane_scratch.WHOLE_SPRINGS, (c, c_x, c_y))
-            wide_lanes.put_vector(
-                scratch, lane + lane_scratch.WHOLE_SPRING_SQUARES, (c_xx, c_xy, c_yy)
-            )
 
 
 @inline
@@ -456,30 +443,13 @@ def _solved(m: Any, d: Any) -> Any:
     return d[0] * i_0 - l_1 * y - l_2 * z, y, z
 
 
-@inline
-def _about_middle(middle: Any, springs: Any, squares: Any) -> Any:
-    """
-    Return C of springs at points: 00, 01, 02, 11, 12, 22.
-
-        springs : sums of c, c x, c y
-        squares : sums of c x^2, c x y, c y^2
-    """
-    x, y = middle
-    c, c_x, c_y = springs
-    to_x, to_y = c_x - x * c, c_y - y * c
-    return (
-        c, to_x, to_y, squares[0] - x * c_x - x * to_x, squares[1] - x * c_y - y * to_x,
-        squares[2] - y * c_y - y * to_y,
-    )  # fmt: skip
-
-
 def _changes(lane: int, constraints: Array, points: Array, scratch: Array) -> Any:
     """
     Return the change of the points of a lane: at the first, and along the two tangents per way
     from there; zeros where it does not stir.
     """
     count, s_x, s_y = wide_lanes.vector(scratch, lane + lane_scratch.WHOLE_PLACES)
-    s_xx, _, s_yy = wide_lanes.vector(scratch, lane + lane_scratch.WHOLE_SQUARES)
+    s_xx, s_xy, s_yy = wide_lanes.vector(scratch, lane + lane_scratch.WHOLE_SQUARES)
     r, r_x, r_y = wide_lanes.vector(scratch, lane + lane_scratch.WHOLE_DRIVES)
     stirs = scratch[lane + lane_scratch.WHOLE_STIRS] > 0.0
     share = 1.0 / (count if stirs else 1.0)
@@ -498,9 +468,9 @@ def _changes(lane: int, constraints: Array, points: Array, scratch: Array) -> An
         softness /= soft if soft > 0.0 else 1.0
         of_one = square_of(softness, soft, soft_x - x * soft, soft_y - y * soft)
         one_spring = constraints[lane + constraint.SPRING_MASS] > 0.0
-        of_each = _about_middle(
-            (x, y), wide_lanes.vector(scratch, lane + lane_scratch.WHOLE_SPRINGS),
-            wide_lanes.vector(scratch, lane + lane_scratch.WHOLE_SPRING_SQUARES),
+        of_each = (
+            softness * count, 0.0, 0.0,
+            softness * spread[0], softness * (s_xy - x * s_y), softness * spread[1],
         )  # fmt: skip
         m = add_symmetric(m, of_one if one_spring else of_each)
     return change_from(spread, (r, r_x, r_y), m, (x, y), stirs)
