@@ -26,11 +26,9 @@ from rigid_body_sim.physics.contact.events.loaded_pairs import (
     KEPT,
     carry,
     count_carried,
-    is_carried,
     is_carried_before,
     is_covered,
-    is_pulled,
-    moves_as_told,
+    is_not_in_flight,
 )
 from rigid_body_sim.physics.contact.events.pair_events import (
     add_event,
@@ -89,14 +87,7 @@ def _is_left_to_solver(
         return True
     if counts[tick_counts.CUTTING] != tick_counts.LEAVES_CUTS:
         return False
-    return (
-        is_pulled(body_a, flights)
-        or is_pulled(body_b, flights)
-        or is_carried(body_a, flights)
-        or is_carried(body_b, flights)
-        or moves_as_told(a, body_a, flights)
-        or moves_as_told(b, body_b, flights)
-    )
+    return is_not_in_flight(a, flights) or is_not_in_flight(b, flights)
 
 
 def _find_events(

@@ -37,10 +37,8 @@ from rigid_body_sim.physics.contact.events.flight import Flights, body_of, put_d
 from rigid_body_sim.physics.contact.events.ground_parts import is_ground
 from rigid_body_sim.physics.contact.events.impact import material_of
 from rigid_body_sim.physics.contact.events.loaded_pairs import (
-    is_carried,
-    is_pulled,
+    is_not_in_flight,
     mark_loaded,
-    moves_as_told,
 )
 from rigid_body_sim.physics.contact.events.on_ground import NO_MANIFOLD
 from rigid_body_sim.physics.contact.events.pair_events import (
@@ -129,14 +127,9 @@ def _rests_then(a: int, b: int, flights: Flights, counts: Indices) -> bool:
 def _wants_a_cut(row: int, a: int, b: int, flights: Flights) -> bool:
     """Tell whether an impact is none that bodies in flight have among themselves."""
     pairs = flights.pairs
-    body_a, body_b = body_of(a, flights), body_of(b, flights)
     return (
-        is_pulled(body_a, flights)
-        or is_pulled(body_b, flights)
-        or is_carried(body_a, flights)
-        or is_carried(body_b, flights)
-        or moves_as_told(a, body_a, flights)
-        or moves_as_told(b, body_b, flights)
+        is_not_in_flight(a, flights)
+        or is_not_in_flight(b, flights)
         or pairs[row + flight_record.APPROACH] < pairs[row + flight_record.SLOW]
         or pairs[row + flight_record.STRUCK_SO_FAR] >= MOST_IMPACTS
     )

@@ -64,6 +64,17 @@ def moves_as_told(collider: int, body: int, flights: Flights) -> bool:
 
 
 @inline
+def is_not_in_flight(collider: int, flights: Flights) -> bool:
+    """Tell whether something else than a flight in closed form moves a collider."""
+    body = body_of(collider, flights)
+    return bool(
+        is_pulled(body, flights)
+        or is_carried(body, flights)
+        or moves_as_told(collider, body, flights)
+    )
+
+
+@inline
 def is_covered(record: int, manifolds: Array) -> bool:
     """Tell whether a manifold of the list is one without points that another one covers."""
     return bool(manifolds[record + manifold_record.PIECES] == manifold_record.COVERED)

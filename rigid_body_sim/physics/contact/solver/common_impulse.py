@@ -134,9 +134,8 @@ def _law(
         impulse = points[row + contact_point.NORMAL_IMPULSE]
         is_new = points[row + contact_point.WARM_NORMAL] <= 0.0
         bias = separation * inverse_h if is_open & is_new else 0.0
-        k_normal = 1.0 / (mass if mass > 0.0 else 1.0)
-        gap, change = separation * inverse_h, impulse * k_normal
-        may = not waits_to_bounce(lane, along, gap, change, constraints)
+        gap = separation * inverse_h
+        may = not waits_to_bounce(lane, along, gap, impulse, mass, constraints)
     # rows that have no point have no mass
     takes_part = may & (mass > 0.0) & ((impulse > 0.0) | (along + bias < 0.0))
     return bias, mass, iota, takes_part

@@ -286,7 +286,7 @@ def mark_carried(used: int, constraints: Array, scratch: Array, bodies: Array) -
 
 @inline
 def waits_to_bounce(
-    lane: int, velocity: Any, gap: Any, change: Any, constraints: Array
+    lane: int, velocity: Any, gap: Any, impulse: Any, mass: Any, constraints: Array
 ) -> Any:  # fmt: skip
     """
     Tell whether a point that is still apart has to wait for the substep in which it touches, as it
@@ -295,14 +295,14 @@ def waits_to_bounce(
 
     velocity : [m/s] along the normal
     gap      : [m/s] separation over the substep
-    change   : [m/s] what its impulse in this substep gives
+    impulse  : [N s] what it has in this substep, on an effective mass [kg]
     """
     nearly = -NEARLY * velocity
     return (
         (constraints[lane + constraint.RESTITUTION] > 0.0)
         & (velocity < -constraints[lane + constraint.BOUNCE_SPEED])
         & (gap > -nearly)
-        & (change <= nearly)
+        & (impulse <= nearly * mass)
     )
 
 
@@ -476,8 +476,9 @@ def _relax(
         new = new if new > 0.0 else 0.0
         # what touches in the next substep bounces there: at the end of a tick here is too early;
         # balls whose impact is foreseen are struck there too
-        closing, k_normal = dot(normal, velocity), 1.0 / (mass if mass > 0.0 else 1.0)
-        waits = waits_to_bounce(lane, closing, separation * inverse_h, old * k_normal, constraints)
+        waits = waits_to_bounce(
+            lane, dot(normal, velocity), separation * inverse_h, old, mass, constraints
+        )
         waits = waits | (is_open & (constraints[lane + constraint.WAITS] > 0.0) & (old <= 0.0))
         new = 0.0 if waits else new
         active = scratch[lane + lane_scratch.ACTIVE] > 0.0

@@ -219,9 +219,8 @@ def _law(
     else:
         is_new = points[row + contact_point.WARM_NORMAL] <= 0.0
         bias = separation * inverse_h if is_open & is_new else 0.0
-        k_normal = 1.0 / (mass if mass > 0.0 else 1.0)
-        gap, change = separation * inverse_h, impulse * k_normal
-        may = not waits_to_bounce(lane, velocity, gap, change, constraints)
+        gap = separation * inverse_h
+        may = not waits_to_bounce(lane, velocity, gap, impulse, mass, constraints)
     # rows that have no point have no mass
     residual = velocity + bias
     if SOFT:
