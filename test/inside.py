@@ -335,8 +335,9 @@ def share_kernels(patch):
     with no element of them; where bodies touch, to bounce, to resist rolling and to turn on arcs,
     rules of pairs, and to sleep, but what is struck at an instant; all pairs of shapes, and where
     only weight acts ground of triangles. Where anything acts beside contact, or a body is moved as
-    told, one kernel knows balls off the centre of mass, forces that depend on velocity, pivots,
-    masses that flow and what is driven.
+    told, and in all scenes with impacts at their instants, one kernel knows forces that depend on
+    velocity, pivots, masses that flow and what is driven; the former also balls off the centre of
+    mass.
 
     None of that changes a bit (`contact/test_same_bits.py`) but two: the inverse inertia of a cube
     or ball is turned in each substep, as that of any body; and where only weight acts, and masses
@@ -362,7 +363,7 @@ def share_kernels(patch):
     def tick_kernel(name, **bindings):
         sleeps = bindings['SLEEPING'] or not bindings['EVENTS']
         rules = {'IGNORES': True, 'SLEEPING': sleeps}
-        if bindings['COUPLED'] and not bindings['EVENTS']:
+        if bindings['COUPLED']:
             rules |= {'VELOCITY_DEPENDENT': True, 'DRIVES': True, 'FLOWS': True}
         return compiled(name, **{**bindings, **rules})
 

@@ -34,6 +34,7 @@ TICKS = 10
 # work up over substeps, not the tick, and evaluates what acts anew as a tick begins; and it
 # evaluates a spring in each substep, where the kernel of the scene corrects that of the last one
 ROUND_OFF = {'flows': 1e-14, 'driven': 1e-14, 'pulled': 1e-14}
+ROUND_OFF['events, pulled'] = ROUND_OFF['pulled']
 ROUND_OFF['belt'] = 3e-14  # a brick strikes it in the last tick: some more, of 2 rad/s
 ROUND_OFF['driven, pulled'] = ROUND_OFF['driven'] + ROUND_OFF['pulled']
 
@@ -80,6 +81,9 @@ SCENES = {
     'driven, pulled': ((SHAKEN, BRICK, BALL), {'forces': (SPRING,)}),
     'events, balls': ((GROUND, BALL, OTHER), {'mode': 'event'}),
     'events, pulled': ((GROUND, BRICK, BALL), {'mode': 'event', 'forces': (SPRING,)}),
+    'events, flows': ((GROUND, LEAKING, BALL), {'mode': 'event'}),
+    'events, driven': ((SHAKEN, BRICK, BALL), {'mode': 'event'}),
+    'events, pivoted': ((GROUND, HUNG, BALL), {'mode': 'event'}),
 }
 
 

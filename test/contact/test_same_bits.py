@@ -39,7 +39,7 @@ def test_what_a_shared_kernel_knows_beside_its_scene_changes_no_bit():
     )
     assert done.returncode == 0, done.stderr
     scenes = dict(line.split(': ') for line in done.stdout.splitlines())
-    assert len(scenes) >= 21 and {*scenes.values()} == {'True True True'}, scenes
+    assert len(scenes) >= 24 and {*scenes.values()} == {'True True True'}, scenes
 
 
 def test_many_ticks_at_once_give_the_bits_of_one_by_one_and_of_every_run():
