@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from rigid_body_sim.errors import RunError, UserError
+from rigid_body_sim.physics.forces.held_wrenches import FOREVER, Slot
 from rigid_body_sim.physics.integration.choose import NAME as AUTO
 from rigid_body_sim.recording.bag_reader import Bag, DamagedBag
 from rigid_body_sim.recording.topics import CLOCK_TOPIC, command_topics
@@ -32,6 +34,11 @@ from rigid_body_sim.scene import load_scene
 Warn = Callable[[str], None]
 
 MOST_UNSEEN = 100_000_000  # ticks between recorded states that a replay takes; a minute of work
+
+
+def first_tick_from(instant_ns: int, dt_ns: int) -> int:
+    """Give the first tick that does not begin before an instant."""
+    return -(-instant_ns // dt_ns)
 
 
 class RecordedRun:
@@ -203,20 +210,48 @@ class RecordedRun:
         simulation.restore(
             tick=begin_ns // simulation.dt_ns,
             state=self.start_state,
-            slots=self._held,
+            slots=self._held_in_ticks_of(simulation.dt_ns),
             of_another=integrator not in (None, self.integrator),
         )
         changes = self._choices_topic in self.bag.topics
         if changes and integrator is None and simulation.dt_ns == self.dt_ns:
             made = self.bag.messages([self._choices_topic])
             simulation.follow_choices(choices.decoded(made, self.scene))
-        run = Run(simulation, self.settings, warn=warn)
+        run = Run(simulation, self._settings_in_ticks_of(simulation.dt_ns), warn=warn)
         if run.contact_packer is not None:
             run.contact_packer.touching = self._touching
         run.viewing.shown = self._shown
         run.untold_impacts = self._untold
         self._check_topics(run)
         return run
+
+    def _held_in_ticks_of(self, dt_ns: int) -> dict[tuple[int, str], Slot]:
+        """Give the commands that held at the start; they end when they did, in ticks of dt_ns."""
+        return {
+            key: slot
+            if slot.until >= FOREVER
+            else slot._replace(until=first_tick_from(slot.until * self.dt_ns, dt_ns))
+            for key, slot in self._held.items()
+        }
+
+    def _settings_in_ticks_of(self, dt_ns: int) -> RunSettings:
+        """Give the settings; a command holds for as long as it did, which is whole ticks."""
+        if dt_ns == self.dt_ns:
+            return self.settings
+        return replace(self.settings, command_timeout_ns=self.timeout_ns)
+
+    @property
+    def timeout_ns(self) -> int:
+        """How long commands held [ns], up to the end of a tick; 0: until changed."""
+        timeout = self.settings.command_timeout_ns
+        return first_tick_from(timeout, self.dt_ns) * self.dt_ns
+
+    def within_ticks_of(self, dt_ns: int) -> int:
+        """Count the commands that begin, or time out, within a tick of dt_ns."""
+        timeout, given = self.timeout_ns % dt_ns, self.commands().items()
+        late = sum(len(some) for tick, some in given if timeout or tick * self.dt_ns % dt_ns)
+        ends = (slot.until for slot in self._held.values() if slot.until < FOREVER)
+        return late + sum(until * self.dt_ns % dt_ns > 0 for until in ends)
 
     def _check_topics(self, run: Run) -> None:
         """Refuse a bag with topics that its run neither publishes nor takes."""

@@ -31,7 +31,7 @@ from rigid_body_sim.runs import choices
 from rigid_body_sim.runs.commands import Command
 from rigid_body_sim.runs.reading_guard import interpreting
 from rigid_body_sim.runs.recorded_facts import Fact, ending_differences, manifest_differences
-from rigid_body_sim.runs.recorded_run import RecordedRun, Warn
+from rigid_body_sim.runs.recorded_run import RecordedRun, Warn, first_tick_from
 from rigid_body_sim.runs.recorder import RunRecorder, recording
 from rigid_body_sim.runs.run import Run, TickOutput
 from rigid_body_sim.stop_signals import STOP
@@ -278,7 +278,15 @@ def _measured(
     begin_ns, end_ns = (k * recorded.dt_ns for k in (recorded.first_tick, recorded.last_tick))
     commands: dict[int, list[Command]] = {}
     for tick, taken in recorded.commands().items():
-        commands.setdefault(-(-tick * recorded.dt_ns // simulation.dt_ns), []).extend(taken)
+        at = first_tick_from(tick * recorded.dt_ns, simulation.dt_ns)
+        commands.setdefault(at, []).extend(taken)
+    late = recorded.within_ticks_of(simulation.dt_ns)
+    if late:
+        run.add_warning(
+            f'{late} command{"s" * (late > 1)} began or timed out within a tick of '
+            f'{simulation.dt:g} s, and here at its end: the differences are of that too; take a '
+            f'dt that divides {recorded.dt_ns * 1e-9:g} s'
+        )
     errors = {body.name: Errors() for body in recorded.scene.bodies}
     index = {body.name: i for i, body in enumerate(recorded.scene.bodies)}
     compared = later = 0

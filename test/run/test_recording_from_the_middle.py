@@ -18,7 +18,7 @@ from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.runs.commands import Command
 from rigid_body_sim.runs.recorded_run import RecordedRun
 from rigid_body_sim.runs.recorder import RunRecorder
-from rigid_body_sim.runs.replay import compare
+from rigid_body_sim.runs.replay import compare, measure
 from rigid_body_sim.runs.run import Run, RunSettings
 from rigid_body_sim.runs.simulation_of_scene import simulation_of
 from rigid_body_sim.runs.view import ViewSettings
@@ -241,3 +241,29 @@ def test_a_manifest_with_impacts_that_cannot_be_is_damaged(tmp_path, monkeypatch
     claim([value if place == number else good for number, good in enumerate(GOOD)])
     with pytest.raises(Exception, match='damaged: impacts_at_start'):
         RecordedRun(tmp_path / 'bag')
+
+
+def test_a_command_of_a_recording_ends_at_its_instant_in_ticks_of_any_length(tmp_path):
+    """
+    A force held at the start of the bag and one of a timeout of 12.3 ms, 13 ticks, push as long.
+    """
+    ball = {'name': 'ball', 'shape': {'type': 'particle'}, 'mass': 2.0}
+    simulation = Simulation(load_scene({'dt': 0.001, 'bodies': [ball]}))
+    simulation.step(300)
+    simulation.hold('ball', 'force', force=(1.0, 0.0, 0.0), until=350)
+    run = Run(simulation, RunSettings(command_timeout_ns=12_300_000))
+    recorder = RunRecorder(run, tmp_path / 'bag')
+    taken = {320: [Command('ball', 'wrench', (0.0, 1.0, 0.0))]}
+    for tick, output in run.follow(taken, 400):
+        recorder.record(output, tick=tick)
+    recorder.close('stopped')
+    recorded = RecordedRun(tmp_path / 'bag')
+    for dt, longer, late in ((0.0005, 0.0, 0), (0.00025, 0.0, 0), (0.002, 0.001, 1)):
+        again, errors = measure(
+            recorded, integrator=None, dt=dt, output=None, progress=lambda tick, last: None
+        )
+        velocity = again.simulation.state.velocity[0]
+        # by hand: 50 ms of 1 N along x, 13 ms along y, 14 ms in ticks of 2 ms; rounding
+        assert velocity == pytest.approx([0.025, 0.0065 + longer / 2, 0.0], abs=1e-15)
+        assert errors['ball'].last['velocity'] == pytest.approx(longer / 2, abs=1e-15)
+        assert sum('timed out within a tick' in text for text in again.warnings) == late
