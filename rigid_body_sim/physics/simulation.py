@@ -1110,11 +1110,13 @@ class Simulation:
                      out where this one remembers nothing
 
         Raises InvalidModel for a state that is none of this scene, one whose numbers are not
-        finite, and a tick before its last reset.
+        finite, and a tick before its last reset, or later than time is counted.
         """
-        if not isinstance(tick, int | np.integer) or isinstance(tick, bool) or tick < 0:
+        is_whole = isinstance(tick, int | np.integer) and not isinstance(tick, bool)
+        if not is_whole or not 0 <= tick <= self._last_tick:
             raise InvalidModel(
-                f'restore: tick {shown(tick)}; a whole number of at least 0 is needed'
+                f'restore: tick {shown(tick)}; a whole number from 0 to {self._last_tick}, '
+                f'{LONGEST_NS / 1e9:.3g} s, is needed'
             )
         are_slots = isinstance(slots, Mapping) and all(type(s) is Slot for s in slots.values())
         if not are_slots:

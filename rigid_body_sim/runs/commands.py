@@ -54,9 +54,9 @@ LATEST = 2.0**31  # [s] what a stamp holds
 FORCE_COLUMNS, TORQUE_COLUMNS = ('fx', 'fy', 'fz'), ('tx', 'ty', 'tz')
 WRENCH_COLUMNS = FORCE_COLUMNS + TORQUE_COLUMNS
 NOT_OF = {'force': TORQUE_COLUMNS, 'torque': FORCE_COLUMNS}  # their messages hold one vector
-POSE_COLUMNS = ('x', 'y', 'z', 'qx', 'qy', 'qz', 'qw')
+POSITION_COLUMNS, ORIENTATION_COLUMNS = ('x', 'y', 'z'), ('qx', 'qy', 'qz', 'qw')
 TWIST_COLUMNS = ('vx', 'vy', 'vz', 'wx', 'wy', 'wz')
-STATE_COLUMNS = POSE_COLUMNS + TWIST_COLUMNS
+STATE_COLUMNS = POSITION_COLUMNS + ORIENTATION_COLUMNS + TWIST_COLUMNS
 CSV_COLUMNS = ('time', 'body', 'kind', 'frame', *WRENCH_COLUMNS, *STATE_COLUMNS)
 
 
@@ -172,13 +172,13 @@ class CommandRules:
             return reason
         if not all(map(math.isfinite, (*command.force, *command.torque))):
             return f'{command.kind} for {body.name!r} is not finite; send finite numbers'
-        reason = _too_large(command, body)
-        if reason is not None:
-            return reason
         if body.is_point and any(command.torque):
             return (
                 f'torque on the point mass {body.name!r}, which has no orientation; send a force'
             )
+        reason = _too_large(command, body)
+        if reason is not None:
+            return reason
         if body.is_point and self.frame(command) == 'body':
             return (
                 f'{command.kind} in the axes of the point mass {body.name!r}, which has '
@@ -297,8 +297,8 @@ def read_csv(
     """
     Read timed commands: columns time [s], body, kind, frame (world, body, or a frame of the
     body), fx … tz; missing numbers but the time are zero; a force has no torque, nor a torque a
-    force. A set_state has x, y, z, qx … qw (none: not turned), vx … wz in their place; frame
-    (world or body) says the axes of the velocities.
+    force. A set_state has x, y, z, which it needs, qx … qw (none: turned as the world; else qw is
+    needed), vx … wz in their place; frame (world or body) says the axes of the velocities.
 
     commanded : names of the bodies that take commands; None: all
     returns : (tick, command), ascending; a command takes effect at the first tick boundary not
@@ -368,7 +368,7 @@ def _command(where: str, row: dict[str, str]) -> Command:
     if kind == asked_states.KIND:
         if frame not in ('world', 'body'):
             raise UserError(f'{where}: frame {frame!r} of a set_state; allowed: world, body')
-        return replace(command, state=_state(row, numbers, frame_id))
+        return replace(command, state=_state(where, row, numbers, frame_id))
     for name in NOT_OF.get(kind, ()):
         if numbers[name]:
             raise UserError(
@@ -379,10 +379,20 @@ def _command(where: str, row: dict[str, str]) -> Command:
     return replace(command, force=(fx, fy, fz), torque=(tx, ty, tz), frame_id=frame_id)
 
 
-def _state(row: dict[str, str], numbers: dict[str, float], frame_id: str) -> AskedState:
+def _state(
+    where: str, row: dict[str, str], numbers: dict[str, float], frame_id: str
+) -> AskedState:
     """Read the state that a line asks for; `frame_id` says the axes of its velocities."""
     x, y, z, qx, qy, qz, qw, vx, vy, vz, wx, wy, wz = (numbers[name] for name in STATE_COLUMNS)
-    is_turned = any(row.get(name) for name in ('qx', 'qy', 'qz', 'qw'))
+    is_turned = any(row.get(name) for name in ORIENTATION_COLUMNS)
+    needed = POSITION_COLUMNS + ORIENTATION_COLUMNS[-1:] * is_turned
+    missing = [name for name in needed if not row.get(name)]
+    if missing:
+        raise UserError(
+            f'{where}: {asked_states.KIND} without {missing[0]}, and it says where the body is '
+            f'from then on; needed: {", ".join(POSITION_COLUMNS)}, and qw where it is turned; '
+            'velocities that are left out are zero'
+        )
     return AskedState(
         (x, y, z),
         (qx, qy, qz, qw) if is_turned else IDENTITY,

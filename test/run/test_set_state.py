@@ -330,10 +330,14 @@ def test_a_file_of_commands_knows_frames_and_states(verb, tmp_path):
     assert verb('bag', 'diff', bag, tmp_path / 'again')[0] == 0
     assert verb('bag', 'check', bag)[0] == 0
     for line, reason in (
-        ('0,drone,set_state,rear_left,,,1,,,,,,', "frame 'rear_left' of a set_state"),
-        ('0,drone,set_state,,1,,1,,,,,,', 'set_state has no fx'),
+        ('0,drone,set_state,rear_left,,,1,2,3,,,,', "frame 'rear_left' of a set_state"),
+        ('0,drone,set_state,,1,,1,2,3,,,,', 'set_state has no fx'),
         ('0,drone,force,,1,,1,,,,,,', 'force has no x'),
-        ('0,drone,set_state,,,,1,,,0,0,,', 'zero length'),
+        ('0,drone,set_state,,,,1,2,3,0,0,,', 'zero length'),
+        # what is left out would put the body to the origin, or turn it by half a turn
+        ('0,drone,set_state,,,,,,,,,4,', 'set_state without x'),
+        ('0,drone,set_state,,,,1,,3,,,,', 'set_state without y'),
+        ('0,drone,set_state,,,,1,2,3,0.7,,,', 'set_state without qw'),
         (
             '0,drone,force,rotor,1,,,,,,,,',
             "allowed: '', 'world', 'drone', 'body'",

@@ -139,6 +139,7 @@ def test_wrench_in_body_axes_is_shown_in_world_axes_as_it_turns():
         (Command('box', 'force', frame_id='map'), "frame 'map'"),
         (Command('box', 'force', frame_id='ball'), "frame 'ball'"),
         (Command('ball', 'torque', torque=(1.0, 0, 0)), 'point mass'),
+        (Command('ball', 'impulse', torque=(1e198, 0, 0)), 'point mass'),
         (Command('ball', 'force', force=(1.0, 0, 0), frame_id='ball'), 'axes of the point mass'),
     ],
 )

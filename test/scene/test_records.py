@@ -285,6 +285,17 @@ def test_a_state_that_is_none_is_refused_and_all_stays(
     assert simulation.state_bytes() == before and simulation.tick == 3
 
 
+def test_a_state_later_than_time_is_counted_is_refused_and_all_stays() -> None:
+    simulation = Simulation(SCENE)
+    last = 2**63 // simulation.dt_ns  # time is counted in 64 bits of nanoseconds
+    for tick in (last + 1, 10**400):
+        with pytest.raises(InvalidModel, match='a whole number from 0 to'):
+            simulation.restore(tick=tick, state=simulation.state_bytes(), slots={})
+    simulation.restore(tick=last - 1, state=simulation.state_bytes(), slots={})
+    simulation.reset()  # counts time from there; the state tells it in 64 bits
+    assert simulation.tick == last - 1 and simulation.state_bytes()
+
+
 def test_the_inertia_of_a_body_is_a_copy() -> None:
     inertia = np.diag([1.0, 2.0, 2.5])
     body = Body('a', Box((1.0, 1.0, 1.0)), 1.0, inertia=inertia)
