@@ -10,6 +10,7 @@ without a word. Acknowledgements cannot pace it: with Fast DDS each takes up to 
 
 from __future__ import annotations
 
+import math
 import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -38,6 +39,7 @@ LOOK_EVERY = 0.02  # [s] between looks for it, or for a signal
 LONGEST = 255  # [-] letters of a topic that a message shows
 LAST_WORDS = 30.0  # [s] for the last message to arrive; what was lost on the way is sent again
 BURST = 1000  # [messages] of a topic that are sent at once; more than the node keeps may be lost
+ROUNDING = 1e-6  # [messages] by which a time may miss that of a whole number of them
 FASTEST = 2000.0  # [1/s] messages of a topic beyond; the node takes 5000 a second of all
 
 
@@ -140,27 +142,28 @@ def _sleep_until(end: float) -> None:
 
 def publish_command(command: Command, *, namespace: str, rate_hz: float, seconds: float) -> int:
     """
-    Send a command: an impulse once; a wrench at `rate_hz` for `seconds` and then a zero one.
+    Send a command: an impulse once; a wrench at `rate_hz` for `seconds`, at whose end a zero one.
 
     returns : messages sent
     """
     topic = body_topic(namespace, command.body, command.kind, COMMAND_TYPES[command.kind])
     held = command.kind != 'impulse'
-    ticks = max(1, round(seconds * rate_hz)) if held else 1
+    count = max(1, math.ceil(seconds * rate_hz - ROUNDING)) if held else 1
     with Sender() as sender:
         sender.open([topic])
+        begin = time.monotonic()
         try:
             sender.play(
-                Message(k / rate_hz, topic.name, _stamped(command, sender)) for k in range(ticks)
+                Message(k / rate_hz, topic.name, _stamped(command, sender)) for k in range(count)
             )
             if held:
-                _sleep_until(time.monotonic() + 1 / rate_hz)
+                _sleep_until(begin + seconds)
         finally:  # also when stopped
             if held:
                 ended = Command(command.body, command.kind, frame_id=command.frame_id)
                 sender.send(topic.name, _stamped(ended, sender))
             sender.finish()
-    return ticks + held
+    return count + held
 
 
 def _stamped(command: Command, sender: Sender) -> bytes:

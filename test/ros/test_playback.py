@@ -17,6 +17,7 @@ from rigid_body_sim.recording.cdr import PoseStamped
 from rigid_body_sim.recording.cdr import WrenchStamped as Applied
 from rigid_body_sim.recording.topics import Topic
 from rigid_body_sim.ros import playback
+from rigid_body_sim.runs.commands import Command
 
 from ..patience import PATIENCE
 
@@ -211,6 +212,20 @@ def test_a_stream_slower_than_it_is_taken_is_not_delayed(monkeypatch):
         sender.play([playback.Message(0.001 * k, 'a', b'') for k in range(5000)])
     when = [moment for _, moment in clock.sent]
     assert when == pytest.approx([0.001 * k for k in range(5000)], abs=1e-9)  # round-off
+
+
+@pytest.mark.parametrize(
+    ('rate', 'seconds', 'count'), [(100.0, 1.0, 100), (0.1, 1.0, 1), (1.0, 2.5, 3), (3.0, 1.0, 3)]
+)
+def test_a_wrench_ends_after_its_time_whatever_the_rate(monkeypatch, rate, seconds, count):
+    clock = only_timed(monkeypatch)
+    monkeypatch.setattr(playback.Sender, 'open', lambda *_: None)
+    push = Command('box', 'wrench', (1.0, 0.0, 0.0))
+    sent = playback.publish_command(push, namespace='', rate_hz=rate, seconds=seconds)
+    when = [moment - clock.sent[0][1] for _, moment in clock.sent]
+    assert sent == len(when) == count + 1
+    assert when[:-1] == pytest.approx([k / rate for k in range(count)], abs=1e-9)  # round-off
+    assert when[-1] == pytest.approx(seconds, abs=1e-9)
 
 
 def test_what_has_not_arrived_is_told_and_exits_1(lab, foreign_bag, monkeypatch, capsys):
