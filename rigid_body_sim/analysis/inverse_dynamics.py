@@ -25,7 +25,7 @@ it (`run_steps`). The ends of a record are its worst places.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -112,6 +112,15 @@ class Smoothing:
     steep: tuple[tuple[float, float], ...]
     dropped: tuple[float, ...]
 
+    def later(self, seconds: float) -> Smoothing:
+        """Give the same with all instants so much later [s]."""
+        return replace(
+            self,
+            found=tuple(instant + seconds for instant in self.found),
+            steep=tuple((begin + seconds, end + seconds) for begin, end in self.steep),
+            dropped=tuple(instant + seconds for instant in self.dropped),
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class KnownEnds:
@@ -146,7 +155,7 @@ def derive(
     Derive velocities, accelerations and the wrench, and estimate their errors.
 
         time        : (k,) [unit] ascending, k >= 6; since the start of the scene where a mass
-                                  flows
+                                  flows or an inertia changes
         position    : (k, 3) [m]  centre of mass, world
         orientation : (k, 4) [-]  xyzw, body to world; turns by less than pi between samples
         body        : its mass properties; None: no wrench

@@ -70,9 +70,11 @@ class Jumps:
     tick: float = 0.0
 
 
-def jumps_of(bag: Bag, scene: Scene) -> Jumps:
+def jumps_of(bag: Bag, scene: Scene, *, began: int = 0) -> Jumps:
     """
     Find the jumps in a run of this package; without commands where the bag holds none.
+
+    began : [ns] when the scene began, see `scene_begin`
 
     Raises DamagedBag where a recorded command cannot be read, or is none that the scene takes.
     """
@@ -80,7 +82,7 @@ def jumps_of(bag: Bag, scene: Scene) -> Jumps:
     couplings = _couplings(scene)
     later = 0.0
     for instant, place, continuity in _of_scene(scene):
-        _note(events, instant, place, continuity)
+        _note(events, began + instant, place, continuity)
     if bag.holds_run:
         with interpreting(bag.path):
             for instant, place, continuity in _of_commands(bag, scene, couplings):

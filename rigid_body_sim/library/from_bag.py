@@ -21,12 +21,11 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.analysis.recorded_impacts import read_impacts
 from rigid_body_sim.analysis.recorded_states import complete
+from rigid_body_sim.analysis.scene_begin import scene_began
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.library.run import WHOLE, Run
 from rigid_body_sim.physics.model import rotation
-from rigid_body_sim.physics.model.inertia_over_time import changing
 from rigid_body_sim.physics.model.scene import Scene
-from rigid_body_sim.physics.model.variable_mass import flow_of
 from rigid_body_sim.physics.state import snapshot
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.bag_reader import Bag
@@ -97,7 +96,7 @@ def _read(path: Path, progress: Progress) -> Run:
     ours = scene is not None and names == tuple(body.name for body in scene.bodies)
     masses = None
     if ours and scene is not None:
-        masses = complete(scene, values, time - _begin(whole, scene))
+        masses = complete(scene, values, np.divide(stamps - scene_began(whole, scene), 1e9))
     else:
         spins_in_body_axes(values)
     return Run(
@@ -111,17 +110,6 @@ def _read(path: Path, progress: Progress) -> Run:
         _masses=masses,
         **_told(whole, float(time[-1])),
     )
-
-
-def _begin(bag: Bag, scene: Scene) -> float:
-    """Tell when the scene began [s]: at 0, or at the last reset, where masses depend on it."""
-    if not bag.holds_run or not (
-        changing(scene) or any(flow_of(body) is not None for body in scene.bodies)
-    ):
-        return 0.0
-    simulation = RecordedRun(bag.path).stand_at_start().simulation
-    passed_ns = round(simulation.scene_time * 1e9)
-    return (simulation.tick * simulation.dt_ns - passed_ns) / 1e9
 
 
 def spins_in_body_axes(values: Array) -> None:

@@ -16,6 +16,7 @@ from html import escape
 
 import numpy as np
 
+from rigid_body_sim.analysis.scene_begin import scene_began
 from rigid_body_sim.errors import RunError, UserError
 from rigid_body_sim.library import account
 from rigid_body_sim.library.run_arrays import RunArrays
@@ -94,7 +95,18 @@ def _motion(run: RunArrays) -> RecordedMotion:
         )
     meets = run.scene is not None and run.scene.contact.get('mode', 'none') != 'none'
     loads = {} if meets else None
-    return RecordedMotion(tuple(tracks), run.time[acts], loads, impacts=run.impacts)
+    return RecordedMotion(
+        tuple(tracks), run.time[acts], loads, impacts=run.impacts, began=_began(run)
+    )
+
+
+def _began(run: RunArrays) -> float:
+    """Tell when the scene of a run began [s]."""
+    if run._origin is not None:
+        return run._origin.start['start_ns'] / 1e9
+    if run.path is None or run.scene is None:
+        return 0.0
+    return scene_began(Bag(run.path), run.scene) / 1e9
 
 
 def html_of_simulation(simulation: Simulation) -> str:

@@ -23,7 +23,7 @@ import hashlib
 import heapq
 import json
 from collections.abc import Iterator
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
 from rigid_body_sim import __version__
@@ -39,6 +39,7 @@ from rigid_body_sim.analysis.piecewise_spline import Break
 from rigid_body_sim.analysis.recorded_poses import Poses, from_bag, from_csv
 from rigid_body_sim.analysis.run_steps import RunSteps, steps_of
 from rigid_body_sim.analysis.samples import need_ascending
+from rigid_body_sim.analysis.scene_begin import scene_began
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model.scene import Scene
@@ -114,11 +115,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Derive and write; exit code 0."""
     check_new(arguments.output)
-    tracks, scene, jumps, steps = _read(arguments)
+    tracks, scene, jumps, steps, began = _read(arguments)
     tracks = _asked(arguments, tracks)
     found = {}
     for poses in tracks:
-        found[poses.prefix] = _derive(arguments, poses, scene, jumps, steps)
+        found[poses.prefix] = _derive(arguments, poses, scene, jumps, steps, began)
     report = {
         'source': as_text(arguments.source.name),
         'scene': None if scene is None else scene.name,
@@ -171,19 +172,24 @@ def _asked(arguments: argparse.Namespace, tracks: list[Poses]) -> list[Poses]:
 
 def _read(
     arguments: argparse.Namespace,
-) -> tuple[list[Poses], Scene | None, Jumps | None, RunSteps | None]:
-    """Read the poses, the scene if there is one, and the jumps and steps if they are known."""
+) -> tuple[list[Poses], Scene | None, Jumps | None, RunSteps | None, int]:
+    """
+    Read the poses, the scene if there is one, the jumps and steps if they are known, and when the
+    scene began [ns].
+    """
     given = load_scene(find_scene(arguments.scene)) if arguments.scene else None
     if arguments.source.suffix.lower() == '.csv':
-        return from_csv(arguments.source), given, None, None
+        return from_csv(arguments.source), given, None, None, 0
     bag = Bag(arguments.source)
-    if given is None and SCENE_FILE in bag.attachments:
-        files = dict(bag.attachments)
-        given = load_scene(files.pop(SCENE_FILE), files=files)
+    own, files = None, dict(bag.attachments)
+    if SCENE_FILE in files:
+        own = load_scene(files.pop(SCENE_FILE), files=files)
+    given = own if given is None else given
     tracks = from_bag(bag)
     if given is None or not bag.holds_run:
-        return tracks, given, None, None
-    return tracks, given, jumps_of(bag, given), steps_of(bag.manifest)
+        return tracks, given, None, None, 0
+    began = 0 if own is None else scene_began(bag, own)
+    return tracks, given, jumps_of(bag, given, began=began), steps_of(bag.manifest), began
 
 
 def _derive(
@@ -192,18 +198,19 @@ def _derive(
     scene: Scene | None,
     jumps: Jumps | None,
     steps: RunSteps | None,
+    began: int,
 ) -> tuple[Derived, dict[str, Estimate]]:
     bodies = {} if scene is None else {body.name: body for body in scene.bodies}
     body = bodies.get(poses.body)
     # times of a recorder may be those of the wall clock, whose seconds would cost nine digits
-    start = 0 if scene is not None and poses.time_ns[0] < 10**18 else int(poses.time_ns[0])
+    start = began if scene is not None and poses.time_ns[0] < 10**18 else int(poses.time_ns[0])
     breaks = [
         [Break(b.instant - start, b.continuity) for b in table.get(poses.body, ())]
         for table in (({}, {}) if jumps is None else (jumps.paths, jumps.turns))
     ]
     try:
         need_ascending(poses.time_ns, unit=1e-9)  # here: below they count from `start`
-        return derive(
+        derived, told = derive(
             (poses.time_ns - start).astype(float),
             poses.position,
             poses.orientation,
@@ -219,6 +226,8 @@ def _derive(
         )
     except (UserError, InvalidModel) as error:
         raise UserError(f'{arguments.source}: {poses.prefix}: {error}') from error
+    smoothing = {name: each.later(began * 1e-9) for name, each in derived.smoothing.items()}
+    return replace(derived, smoothing=smoothing), told
 
 
 def _write(

@@ -12,10 +12,12 @@ import argparse
 import re
 import tempfile
 import warnings
+from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rigid_body_sim.analysis.scene_begin import scene_began
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.errors import choose_from
 from rigid_body_sim.recording.bag_reader import Bag
@@ -156,6 +158,8 @@ def _draw(arguments: argparse.Namespace) -> int:
     files = dict(bag.attachments)
     source = files.pop(SCENE, None)
     scene = None if source is None else load_scene(source, files=files)
+    if scene is not None:
+        motion = replace(motion, began=scene_began(bag, scene) / 1e9)
     energy = None if scene is None else energy_history(scene, motion, ending=bag.ending)
     title, about = bag.path.name if scene is None else scene.name, _about(bag)
     if arguments.output.suffix == '.png':

@@ -106,7 +106,7 @@ class RecordedStates:
     """
     All bodies of a page at its instants.
 
-    time                       : (k,) [s]
+    time                       : (k,) [s]  since the scene began
     orientation                : (k, n, 4) [-] xyzw
     velocity, angular_velocity : (k, n, 3) [m/s], [rad/s], world axes
     """

@@ -113,7 +113,7 @@ def energy_history(
     time = _common_time(list(tracks.values()))
     if len(time) == 0:
         return None
-    states = _states(scene, tracks, time)
+    states = _states(scene, tracks, time, motion.passed(time))
     invariants = Invariants(scene)
     return EnergyHistory(
         time,
@@ -145,7 +145,8 @@ def energies_of(scene: Scene, motion: RecordedMotion, time: Array) -> tuple[Arra
     kinetic, potential = np.empty(len(time)), np.empty(len(time))
     at_once = max(1, MOST_NUMBERS // (COLUMNS * len(scene.bodies)))
     for first in range(0, len(time), at_once):
-        states = _states(scene, tracks, time[first : first + at_once])
+        part = time[first : first + at_once]
+        states = _states(scene, tracks, part, part)
         for k, state in enumerate(states, first):
             kinetic[k] = invariants.kinetic_energy(state)
             potential[k] = invariants.potential_energy(state)
@@ -195,7 +196,8 @@ def spin_of(body: Body, time: Array, orientation: Array, angular_velocity: Array
     """
     Angular momentum about the centre of mass (k, 3) [kg m^2/s], world axes; it has an inertia.
 
-    time : (k,) [s];   orientation : (k, 4) [-];   angular_velocity : (k, 3) [rad/s], world axes
+    time : (k,) [s] since the scene began;   orientation : (k, 4) [-]
+    angular_velocity : (k, 3) [rad/s], world axes
     """
     assert body.inertia is not None
     w_body = so3.rotate_back(orientation, angular_velocity)
@@ -205,8 +207,12 @@ def spin_of(body: Body, time: Array, orientation: Array, angular_velocity: Array
     return so3.rotate(orientation, spin) * (mass / body.mass)
 
 
-def _states(scene: Scene, tracks: dict[str, Track], time: Array) -> list[State]:
-    """The whole scene at each instant; fixed bodies where the scene puts them."""
+def _states(scene: Scene, tracks: dict[str, Track], time: Array, passed: Array) -> list[State]:
+    """
+    The whole scene at each instant; fixed bodies where the scene puts them.
+
+    passed : (k,) [s] the instants, since the scene began
+    """
     values = np.zeros((len(time), len(scene.bodies), COLUMNS))
     for i, body in enumerate(scene.bodies):
         out = values[:, i]
@@ -220,12 +226,12 @@ def _states(scene: Scene, tracks: dict[str, Track], time: Array) -> list[State]:
         out[:, 0:3], out[:, 3:7], out[:, 7:10], out[:, 10:13] = track.position[pose], q, v, w
         if body.fixed:
             continue
-        mass = np.array([mass_at(body, now) for now in time.tolist()])[:, None]
+        mass = np.array([mass_at(body, now) for now in passed.tolist()])[:, None]
         out[:, 16:19] = mass * v
         if body.inertia is not None:
             out[:, 13:16] = so3.rotate_back(q, w)
-            out[:, 19:22] = spin_of(body, time, q, w)
+            out[:, 19:22] = spin_of(body, passed, q, w)
     return [
         State(row, masses_at(scene.bodies, now))
-        for row, now in zip(values, time.tolist(), strict=True)
+        for row, now in zip(values, passed.tolist(), strict=True)
     ]

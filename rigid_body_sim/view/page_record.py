@@ -224,7 +224,7 @@ def _states(motion: RecordedMotion, times: Array) -> RecordedStates:
             nearest = _at(times, track.twist_time)
             velocity[:, i] = track.velocity[nearest]
             angular_velocity[:, i] = track.angular_velocity[nearest]
-    return RecordedStates(times, orientation, velocity, angular_velocity)
+    return RecordedStates(motion.passed(times), orientation, velocity, angular_velocity)
 
 
 def _series(

@@ -151,7 +151,8 @@ def _rows(motion: RecordedMotion, scene: Scene | None) -> list[Row]:
         if body is None or body.inertia is None or body.fixed or not len(track.twist_time):
             return None
         turns = _orientation(track)
-        return track.twist_time, spin_of(body, track.twist_time, turns, track.angular_velocity)
+        passed = motion.passed(track.twist_time)
+        return track.twist_time, spin_of(body, passed, turns, track.angular_velocity)
 
     def rates(track: Track) -> tuple[Array, Array] | None:
         if not len(track.twist_time):

@@ -95,6 +95,8 @@ class RecordedMotion:
     impacts      : at their instants; None: no topic tells them
     beyond       : [s] first instant that is left out as nothing can draw it (`drawn_part`); None:
                    it is whole
+    began        : [s] when the scene began, see `analysis.scene_begin`; 0 of a run that goes on,
+                   of which nobody knows it
     """
 
     tracks: tuple[Track, ...]
@@ -103,6 +105,11 @@ class RecordedMotion:
     touching: tuple[Mapping[str, Array], ...] | None = None
     impacts: Impacts | None = None
     beyond: float | None = None
+    began: float = 0.0
+
+    def passed(self, time: Array) -> Array:
+        """Give instants [s], which are whole nanoseconds, since the scene began."""
+        return np.round((time - self.began) * 1e9) / 1e9 if self.began else time
 
 
 def read_motion(bag: Bag, *, samples: int) -> RecordedMotion:

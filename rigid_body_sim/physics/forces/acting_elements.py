@@ -38,6 +38,12 @@ from rigid_body_sim.physics.state.layout import Layout
 Array = NDArray[np.float64]
 
 
+def is_timed(scene: Scene) -> bool:
+    """Whether what acts in a scene, or a mass or an inertia, depends on time itself."""
+    flows = any(flow_of(body) is not None for body in scene.bodies)
+    return flows or bool(changing(scene)) or any(hasattr(f, 'acts') for f in scene.forces)
+
+
 class ActingElements:
     """
     The elements of one scene.
@@ -71,8 +77,7 @@ class ActingElements:
         }
         self._flows = [variable_mass.row(body, layout, scene.gravity) for body in flowing]
         self._ends_of_flow = [end_of_flow(body) for body in flowing]
-        self.is_timed = bool(flowing) or any(hasattr(f, 'acts') for f in scene.forces)
-        self.is_timed |= bool(self._ranges_of_inertia)
+        self.is_timed = is_timed(scene)
         kinks = [f.kinks() for f in scene.forces if hasattr(f, 'kinks')]
         self.kinks = np.array(sorted({t for each in kinks for t in each}), dtype=np.float64)
         self._sizes = (layout.n_moving, layout.n_rigid)
