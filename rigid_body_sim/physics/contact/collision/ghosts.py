@@ -404,8 +404,8 @@ def _find_cover(
 ) -> int:  # fmt: skip
     """
     Find the manifold that covers the one that begins at a place, for its collider A or B (side 0
-    or 1), and is nearest to touching; -1: none. Of two of a cylinder that would bind the one that
-    comes first covers the other: a floor the edge ahead, and the one behind.
+    or 1), and is nearest to touching; -1: none. Of two of a cylinder that would bind, and that
+    cover each other, the one that comes first does: a floor the edge ahead, and the one behind.
 
         least, most : states that a cover may have
         returns     : twice where it begins, and 1 if its collider B is of the body
@@ -434,6 +434,9 @@ def _find_cover(
                     state == CARRIES
                     or not ranked
                     or _rank(cover, horizon, colliders, bodies, manifolds) <= rank
+                    or not _is_covered_by(
+                        cover, side_c, record, side, horizon, colliders, bodies, manifolds
+                    )
                 )
             ):
                 best, nearest = 2 * cover + side_c, gap

@@ -11,6 +11,10 @@ of the cylinder, the distance from the cylinder
 is convex: its least value is where its slope changes sign. A point of the rim is nearest where
 both terms are positive; then the normal lies in the plane of axis and point, so that spin about
 the axis does not move it.
+
+An end that leans by a little over a tile is nearest where its rim crosses the edge of that, along
+a normal of that edge alone. So, as between polyhedra (`two_polyhedra`), rim and edge must beat the
+end, and the face of the polyhedron, by EDGE_LEAD of a half width.
 """
 
 from __future__ import annotations
@@ -25,6 +29,7 @@ from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact.collision import pose
 from rigid_body_sim.physics.contact.collision.geometry.cylinders.mantle import UNDECIDED
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
+    EDGE_LEAD,
     NEITHER,
     NORMAL_OWNER,
     OF_NEAREST,
@@ -33,15 +38,21 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     write_normal,
     write_point,
 )
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra.face_clipping import facing
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.gjk import FAR, GAP, closest
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records import (
     CENTER,
+    HALF,
+    PLANE,
     PRISM,
     RADIUS,
     Hull,
+    loop_of,
+    planes_of,
     vertex,
 )
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.relative_pose import (
+    from_b,
     point_of_b,
     relate,
     to_b,
@@ -78,6 +89,24 @@ def _way_from_rim(point: Any, radius: float, half: float) -> Any:
     share = beyond / across if across > 0.0 else 0.0
     rise = above if point[2] > 0.0 else -above
     return beyond, above, (share * point[0], share * point[1], rise)
+
+
+@kernel
+def _along_faces(hull: Hull, normal: Any, radius: float, half: float, found: Array) -> float:
+    """
+    Return the larger one of the separations along the end of the cylinder and along the face of
+    the polyhedron that look along a normal most [m]; axes of the cylinder.
+    """
+    out = (0.0, 0.0, 1.0 if normal[2] > 0.0 else -1.0)
+    lowest = vertex(hull, support(vertices_of(hull), to_b(found, negate(out)), 0))
+    along_end = dot(out, point_of_b(found, lowest)) - half
+    face = facing(hull, to_b(found, negate(normal)))
+    inwards = from_b(found, negate(load(hull.numbers, planes_of(hull) + PLANE * face)))
+    corner = vertex(hull, int(hull.numbers[loop_of(hull, face) + 1]))
+    across = math.sqrt(inwards[0] * inwards[0] + inwards[1] * inwards[1])
+    along_face = dot(inwards, point_of_b(found, corner))
+    along_face -= radius * across + half * abs(inwards[2])
+    return max(along_end, along_face)
 
 
 @kernel
@@ -131,6 +160,9 @@ def rim_on_edge(
         found, vertex(hull, support(vertices_of(hull), to_b(found, negate(normal)), first))
     )
     if dot(normal, subtract(point, nearest)) > NEAREST * size:  # another part is nearer
+        return UNDECIDED
+    lead = EDGE_LEAD * min(parameters[cylinder + PRISM + HALF], numbers[begin + HALF])
+    if _along_faces(hull, normal, radius, half, found) > gap - lead:
         return UNDECIDED
     if not gap <= margin:
         return 0
