@@ -73,19 +73,11 @@ def leaning_stack(seed, *, counts=(2, 7), sides_of=(3, 4, 6, 8)):
     })  # fmt: skip
 
 
-ROCKS = pytest.mark.xfail(strict=True, reason='rocks for ever on its lowest face, at 1.6e-3 rad/s')
-
-
 @pytest.mark.parametrize(
-    'seed',
-    [
-        *range(10),
-        *(pytest.param(i, marks=pytest.mark.long) for i in range(10, 200) if i != 64),
-        pytest.param(64, marks=[pytest.mark.long, ROCKS]),
-    ],
+    'seed', [*range(10), *(pytest.param(i, marks=pytest.mark.long) for i in range(10, 200))]
 )
 def test_a_stack_that_is_not_straight_comes_to_rest(seed):
-    # 199 of 200 are far below; the other one rocks, as single ones of other draws do. With one
+    # all are far below; of the next 500 three are not, and rock by up to 4e-3 rad/s. With one
     # spring a face three boxes never fell below 5e-3 rad/s
     sim = Simulation(leaning_stack(seed))
     sim.step(1000)

@@ -72,6 +72,7 @@ class Constraints(NamedTuple):
     rows          : constraints in wide lanes: see `solver.constraint`
     batches       : of eight constraints that share no moving body: see `solver.batch_record`
     colours       : colours of each body, a bit each, while constraints are coloured
+    partners      : twice how many moving ones each body touches, and 1 for all else
     open_batches  : the batch of each colour that is not full
     impulse_cache : impulses for the warm start: see `solver.cache_record`
     groups        : of islands: see `solver.group_record`
@@ -88,6 +89,7 @@ class Constraints(NamedTuple):
     rows: Array
     batches: Indices
     colours: Indices
+    partners: Indices
     open_batches: Indices
     impulse_cache: Array
     groups: Indices

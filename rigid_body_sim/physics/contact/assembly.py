@@ -178,10 +178,10 @@ def constraints_of(number: int, constraints: Constraints) -> Constraints:
     end = constraints.groups[row_behind + group_record.FIRST_BATCH] * batch_record.SIZE
     return Constraints(
         constraints.manifolds, constraints.rows, constraints.batches[begin:end],
-        constraints.colours, constraints.open_batches, constraints.impulse_cache,
-        constraints.groups, constraints.group_of, constraints.order[first:last],
-        constraints.places, constraints.roots, constraints.unsettled,
-        constraints.members[first:last], constraints.scratch,
+        constraints.colours, constraints.partners, constraints.open_batches,
+        constraints.impulse_cache, constraints.groups, constraints.group_of,
+        constraints.order[first:last], constraints.places, constraints.roots,
+        constraints.unsettled, constraints.members[first:last], constraints.scratch,
     )  # fmt: skip
 
 

@@ -128,6 +128,7 @@ class WorldArrays:
         self._body_count = body_count
         self._pulled = np.zeros(body_count, dtype=np.bool_)
         self.colours = np.zeros(body_count + 1, dtype=np.int64)
+        self.partners = np.zeros(body_count + 1, dtype=np.int64)
         self.group_of = np.zeros(body_count + 1, dtype=np.int64)
         self.island_groups = np.zeros(most_groups(body_count) * group_record.SIZE, dtype=np.int64)
         self.touching = np.zeros(body_count + 1, dtype=np.int64)
@@ -324,9 +325,9 @@ class WorldArrays:
             BroadPhase, self.fat_aabbs, self.grid, self.hash_heads, self.neighbours, self.pair_ids
         )
         constraints = _grouped(
-            Constraints, self.manifolds, self.rows, self.batches, self.colours, self.open_batches,
-            self.cache, self.island_groups, self.group_of, self.manifold_order, self.cache_places,
-            self.unsettled_roots, self.unsettled, self.members, self.scratch,
+            Constraints, self.manifolds, self.rows, self.batches, self.colours, self.partners,
+            self.open_batches, self.cache, self.island_groups, self.group_of, self.manifold_order,
+            self.cache_places, self.unsettled_roots, self.unsettled, self.members, self.scratch,
         )  # fmt: skip
         views, turning, method = np.split(self.flight_scratch, (VIEWS, BEHIND_BLOCKS))
         driven = _grouped(

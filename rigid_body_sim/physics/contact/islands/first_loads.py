@@ -35,6 +35,7 @@ from rigid_body_sim.physics.contact.solver import (
     surface_chain,
     wide_lanes,
 )
+from rigid_body_sim.physics.contact.solver.softness import spring_mass
 from rigid_body_sim.physics.contact.touching import bodies_of, lane_of, moving_body_of
 from rigid_body_sim.physics.vectors import dot
 
@@ -144,26 +145,26 @@ def _share_load(lane: int, points: int, width: int, h: float, rows: Array) -> fl
     pressed, largest = rows[lane + constraint.OTHERS_IMPULSE], 0.0
     for row in range(first, end, width):
         pressed += rows[row + contact_point.NORMAL_IMPULSE]
-        largest = max(largest, _load_of_point(row, h, rows))
+        largest = max(largest, _load_of_point(lane, row, h, rows))
     spring = rows[lane + constraint.SPRING_MASS]
     if spring > 0.0 and rows[lane + constraint.ALONE] > 0.0:
         return pressed / (h * spring)
     total, bearing = 0.0, 0.0
     for row in range(first, end, width):
-        of_point = _load_of_point(row, h, rows)
+        of_point = _load_of_point(lane, row, h, rows)
         total += of_point
         bearing += static_sink.share_that_bears(of_point, largest)
     load = total / bearing if bearing > 0.0 else 0.0
     if load > 0.0 and rows[lane + constraint.SURFACE] == constraint.OF_NO_SURFACE:
         for row in range(first, end, width):
-            rows[row + contact_point.SINK_SHARE] = _load_of_point(row, h, rows) / load
+            rows[row + contact_point.SINK_SHARE] = _load_of_point(lane, row, h, rows) / load
     return load
 
 
 @inline
-def _load_of_point(row: int, h: float, rows: Array) -> Any:
+def _load_of_point(lane: int, row: int, h: float, rows: Array) -> Any:
     """Return what a point carries, over its mass [m/s^2]; h: substep [s]."""
-    mass = rows[row + contact_point.NORMAL_MASS]
+    mass = spring_mass(lane, row, rows, rows)
     return rows[row + contact_point.NORMAL_IMPULSE] / (h * mass) if mass > 0.0 else 0.0
 
 

@@ -77,7 +77,7 @@ def _load(lane: int, points: int, width: int, rows: Array) -> Any:
     for point in range(first, first + points * width, width):
         impulse = rows[point + contact_point.NORMAL_IMPULSE]
         total += impulse
-        lasts += share_of_point(point, rows) * impulse
+        lasts += share_of_point(lane, point, rows, rows) * impulse
     return lasts, lasts / total if total > 0.0 else 0.0
 
 

@@ -35,6 +35,7 @@ from rigid_body_sim.physics.contact.solver import (
     constraint,
     contact_point,
     core_pair,
+    face_spring,
     far_points,
     friction_patch,
     group_record,
@@ -55,6 +56,21 @@ def _first_free(used: int) -> int:
     while colour < batch_record.COLOURS and (used >> colour) & 1:
         colour += 1
     return colour
+
+
+@inline
+def _note_partner(body: int, other: int, n_moving: int, partners: Indices) -> None:
+    """Count what a body touches, twice: each manifold with what moves, and 1 for all else."""
+    if body < n_moving:
+        partners[body] = partners[body] + 2 if other < n_moving else partners[body] | 1
+
+
+@inline
+def _partners_of(body_a: int, body_b: int, n_moving: int, partners: Indices) -> int:
+    """Return how many others the bodies of a manifold touch, the one that touches more."""
+    of_a = partners[body_a] if body_a < n_moving else 0
+    of_b = partners[body_b] if body_b < n_moving else 0
+    return max(of_a // 2 + of_a % 2, of_b // 2 + of_b % 2)
 
 
 @inline
@@ -81,6 +97,8 @@ def _colour_group(
         if colour < batch_record.COLOURS:
             colours[min(body_a, n_moving)] |= 1 << colour
             colours[min(body_b, n_moving)] |= 1 << colour
+        _note_partner(body_a, body_b, n_moving, constraints.partners)
+        _note_partner(body_b, body_a, n_moving, constraints.partners)
         radius = bounds_record.smaller_radius(bounds, collider_a, collider_b)
         near = far_points.count_near(record, radius, manifolds)
         constraints.members[index] = colour * COUNTS + near
@@ -128,7 +146,8 @@ def _fill_batches(
         collider_b = int(manifolds[record + manifold_record.COLLIDER_B])
         body_a = collider_record.solver_body(collider_a, table)
         body_b = collider_record.solver_body(collider_b, table)
-        manifolds_of_bodies = _manifolds_of(body_a, body_b, n_moving, constraints)
+        partners = _partners_of(body_a, body_b, n_moving, constraints.partners)
+        manifolds_of_bodies = float(_manifolds_of(body_a, body_b, n_moving, constraints))
         points = int(manifolds[record + manifold_record.POINT_COUNT])
         kind = batch_record.MIXED
         if roundness(collider_a, collider_b, table, bodies) > constraint.NOT_ROUND:
@@ -137,7 +156,7 @@ def _fill_batches(
             kind = batch_record.CURVED
         if points > 1:
             kind = batch_record.SEVERAL_POINTS
-            if manifolds_of_bodies <= 2:
+            if partners <= face_spring.FEW:
                 kind = batch_record.WHOLE
         sort = batch_record.KINDS * colour + kind
         batch = open_batches[sort]
@@ -162,7 +181,8 @@ def _fill_batches(
         body_b += number if body_b == n_moving else 0
         rows[lane + constraint.BODY_A] = float(body_a * solver_bodies.SIZE)
         rows[lane + constraint.BODY_B] = float(body_b * solver_bodies.SIZE)
-        rows[lane + constraint.MANIFOLDS] = float(manifolds_of_bodies)
+        rows[lane + constraint.MANIFOLDS] = manifolds_of_bodies
+        rows[lane + constraint.PARTNERS] = float(partners)
     return end, count
 
 
@@ -181,7 +201,7 @@ def colour_constraints(
     """
     manifolds, rows, batches = constraints.manifolds, constraints.rows, constraints.batches
     for body in range(n_moving + 1):
-        constraints.colours[body] = 0
+        constraints.colours[body] = constraints.partners[body] = 0
     count = 0
     end = HEAD
     for number in range(group_count):

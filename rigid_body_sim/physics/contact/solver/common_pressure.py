@@ -17,14 +17,12 @@ A : [m^2] area of the face; a manifold of two points, which is a line, has none,
     are lines: there A is the length [m]
 c : mean of the points by w
 
-What is one surface: see `surface_members`; alpha and beta: `linear_pressure`. And where all are
-lines, of what rolls, they give way as one line would: each is as stiff as its share of the length,
-and all have one sink (`softness`, `static_sink`). Else a tile onto which a disc has just come
-would bear as much as the one it leaves, and lift it there. And force and torque are not those of
-the impulses where they are recalled, but those of the last tick as the body has felt them: from
-tick to tick the line goes over to other tiles by a good part of its length, its ends on each of
-them have moved, and a tile may be left behind with all that it bore (`surface_loads`). What is put
-down on a surface that cannot move starts from what pulls at its centre of mass.
+What is one surface: see `surface_members`; alpha and beta: `linear_pressure`; how it gives way:
+`surface_springs`. Where all are lines, of what rolls, force and torque are not those of the
+impulses where they are recalled, but those of the last tick as the body has felt them: from tick
+to tick the line goes over to other tiles by a good part of its length, its ends on each of them
+have moved, and a tile may be left behind with all that it bore (`surface_loads`). What is put down
+on a surface that cannot move starts from what pulls at its centre of mass.
 """
 
 from __future__ import annotations
@@ -34,16 +32,16 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact.array_groups import Constraints
-from rigid_body_sim.physics.contact.collision import collider_record, manifold_record
+from rigid_body_sim.physics.contact.collision import manifold_record
 from rigid_body_sim.physics.contact.collision.collider import ColliderArrays
 from rigid_body_sim.physics.contact.solver import (
     constraint,
     contact_point,
     lane_scratch,
     pressure_of_face,
-    static_sink,
     surface_chain,
     surface_friction,
+    surface_springs,
     wide_lanes,
 )
 from rigid_body_sim.physics.contact.solver.linear_pressure import (
@@ -53,7 +51,7 @@ from rigid_body_sim.physics.contact.solver.linear_pressure import (
     size_of,
     takes_part,
 )
-from rigid_body_sim.physics.contact.solver.softness import DEEP, Softness, soften
+from rigid_body_sim.physics.contact.solver.softness import Softness
 from rigid_body_sim.physics.contact.solver.surface_loads import first_load, left_behind
 from rigid_body_sim.physics.contact.solver.surface_members import (
     DONE,
@@ -78,7 +76,6 @@ Indices = NDArray[np.int64]
 
 EXACT = 1e-9  # [-] of the torque that may be lost by the choice
 OF_LINES = 0.1  # [-] the same of a line that turns meanwhile: what is lost is across it
-LEAST = 1e-3  # [-] share of a face in the softness of a surface
 
 # where impulses come from: they were found where their points are; they are recalled from the last
 # tick; and some body has lost a line since
@@ -173,39 +170,6 @@ def _leaves_a_choice(record: int, width: int, manifolds: Array, rows: Array) -> 
 
 
 @kernel
-def _give_way_as_one(
-    count: int, members: Indices, width: int, softness: Softness, table: Indices, manifolds: Array,
-    rows: Array, scratch: Array,
-) -> None:  # fmt: skip
-    """Share the softness of one line, and its sink, among those of a surface."""
-    carrier = carrier_of(count, members, width, table, manifolds, rows)
-    lines = all_lines(count, members, manifolds)
-    total, most, load_of_all = 0.0, 0.0, 0.0
-    for place in range(count):
-        if carrier >= 0 and place != carrier:
-            continue
-        size = size_of(members[place], lines, manifolds)
-        lane = int(manifolds[members[place] + manifold_record.LANE])
-        total += size
-        load_of_all += size * rows[lane + constraint.LOAD]
-        most = max(most, manifolds[members[place] + manifold_record.POINT_COUNT])
-    for place in range(count):
-        record = members[place]
-        lane = int(manifolds[record + manifold_record.LANE])
-        size = size_of(record, lines, manifolds)
-        if not size > 0.0 or (carrier >= 0 and place != carrier):
-            continue
-        share = size / total * most / manifolds[record + manifold_record.POINT_COUNT]
-        _, side = owner_of(record, table, manifolds)
-        other = int(manifolds[record + manifold_record.COLLIDER_A + 1 - side])
-        fixed = table[other * collider_record.SIZE + collider_record.BODY] < 0
-        soften(lane, softness, fixed, max(share, LEAST), rows)
-        radius = rows[lane + constraint.DEEP] / DEEP
-        static_sink.recall(lane, softness.h, radius, load_of_all / total, rows)
-        scratch[lane_scratch.SHARED] = 1.0
-
-
-@kernel
 def share_pressure(
     width: int, softness: Softness, recalls: int, colliders: ColliderArrays,
     constraints: Constraints, bodies: Array,
@@ -232,10 +196,14 @@ def share_pressure(
         ):
             continue
         count = list_surface(record, table, manifolds, rows, bodies, members)
+        one_spring = has_one_spring(count, members, width, manifolds, rows, bodies)
         if count > 1:
-            one_spring = has_one_spring(count, members, width, manifolds, rows, bodies)
             surface_chain.chain(count, members, one_spring, softness.h, manifolds, rows, bodies)
         count = keep_faces(count, members, manifolds)
+        if count > 1 and not one_spring:
+            surface_springs.share_springs(
+                count, members, width, softness.h, table, manifolds, rows, bodies
+            )
         if count == 0:
             continue
         record = members[0]
@@ -244,7 +212,9 @@ def share_pressure(
             and all_lines(count, members, manifolds)
             and are_of_several(count, members, table, manifolds)
         ):
-            _give_way_as_one(count, members, width, softness, table, manifolds, rows, scratch)
+            surface_springs.give_way_as_one_line(
+                count, members, width, softness, table, manifolds, rows, scratch
+            )
         has_lost = recalls == WITH_LOST and rolls_on_line(record, manifolds, rows)
         has_lost = has_lost and has_lost_line(record, table, manifolds, bodies)
         if count > 1 or has_lost or _leaves_a_choice(record, width, manifolds, rows):

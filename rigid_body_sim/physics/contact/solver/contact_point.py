@@ -35,6 +35,9 @@ WARM_NORMAL = point.number('N s', 'half the warm-start impulse of this substep')
 WARM_TANGENT_1 = point.number('N s', 'the same, first tangent')
 WARM_TANGENT_2 = point.number('N s', 'the same, second tangent')
 SINK_SHARE = point.number('-', 'its own static sink over that of its manifold: `static_sink`')
+SPRING_SHARE = point.number(
+    '-', 'part of its face for which it stands, over the mean of all: `face_spring`'
+)
 TAKES_PART = point.number('-', '1: in what its manifold has in common: `common_impulse`')
 DROPPED = point.number('-', '1: takes no more part in this visit: `whole_manifold`')
 # while an island goes on that the usual passes have left unsettled: see `islands.unsettled`

@@ -1,14 +1,14 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-The one spring of a face: how soft the normals of a manifold are that is solved as a whole, or of a
+The springs of a face: how soft the normals of a manifold are that is solved as a whole, or of a
 surface of several.
 
-A spring at each point gives way by what that point carries. So a face whose points do not lie
-evenly about its load (four of five corners, a body that hangs over some of its tiles) tilts while
-it is pressed, by 1e-7 rad in an impact, and the next one turns it. But which point carries how
-much is a matter of where points were put. So these have one spring, pressed by what all of them
-carry together: with c = iota/(M sigma), and b as of each point (`solve`),
+A spring at each point gives way by what that point carries. Were they alike, a face whose points
+do not lie evenly about its load (four of five corners, a body that hangs over some of its tiles)
+would tilt while it is pressed, by 1e-7 rad in an impact, and the next one would turn it. But which
+point carries how much is a matter of where points were put. So these have one spring, pressed by
+what all of them carry together: with c = iota/(M sigma), and b as of each point (`solve`),
 
     v_n + b + c sum_j J_j = 0         M = 1/(1/m_A + 1/m_B)
 
@@ -23,9 +23,17 @@ It is the spring of a flat blow, where nothing was pressed in the last tick and 
 of what lies alone. Of a stack each point has a spring of its own as soon as it stands: else
 nothing but the bias answers to a tilt, and what the passes leave of it grows from tick to tick
 (three boxes that stand a few millimetres beside each other trembled at 5e-3 rad/s, ten at 0.3, and
-never came to rest). Springs of its own has also each point of several lines, whose load goes from
-tile to tile as they roll (`softness`), of several faces on a pivot, and of what touches three
-others and more.
+never came to rest). They are an elastic foundation of the face: each is as stiff as the part for
+which its point stands, u_i of `pressure_of_face`,
+
+    m_i = u_i sum_j m_j         m_j: effective masses; of a surface of several: `surface_springs`
+
+in place of m_i, its own effective mass, where the points are alike. So what presses evenly gives
+way evenly, and a load that changes tilts nothing. Impulses are changed with the same weights
+(`whole_manifold`): then what springs take is linear over the face, as the motion of rigid bodies.
+
+Alike are the springs of several lines, whose load goes from tile to tile as they roll
+(`softness`), of several faces on a pivot, and of what touches more than FEW others.
 """
 
 from __future__ import annotations
@@ -55,6 +63,11 @@ from rigid_body_sim.physics.vectors import (
     subtract,
 )
 
+FEW = 2  # [-] others that a body touches: what touches more is not solved as a whole
+# [-] of the mean part for which a point stands: a corner that strikes first does not sink in as if
+# nothing bore it
+LEAST = 0.1
+UNEVEN = 1.0 + 1e-6  # [-] of the mean part: up to it points are alike
 # [-] of the approach, and [m/s]: what tilts by less, seen from its radius, meets flat
 FLAT_SHARE, FLAT_SPEED = 1e-3, 1e-9
 
@@ -63,6 +76,7 @@ FLAT_SHARE, FLAT_SPEED = 1e-3, 1e-9
 def leave_points_alone(lane: int, rows: Array) -> None:
     """Let each point of a constraint have a spring of its own."""
     rows[lane + constraint.SPRING_MASS] = 0.0
+    rows[lane + constraint.MEAN_SPRING_MASS] = 0.0
     rows[lane + constraint.OTHERS_IMPULSE] = 0.0
 
 
@@ -124,16 +138,22 @@ def find_masses(lanes: int, width: int, constraints: Array, points: Array) -> No
             constraints[lane + constraint.INVERSE_MASS_A]
             + constraints[lane + constraint.INVERSE_MASS_B]
         )
-        total = 0.0
+        total, count, most = 0.0, 0.0, 0.0
         for row in range(lane, lane + manifold.MOST * width, width):
             # what a manifold has not may have a mass
             is_point = points[row + contact_point.INITIAL_SEPARATION] < far_points.NONE
             total += points[row + contact_point.NORMAL_MASS] if is_point else 0.0
+            count += 1.0 if is_point else 0.0
+            share = points[row + contact_point.SPRING_SHARE] if is_point else 0.0
+            most = share if share > most else most
         moves = inverse_mass > 2.0 * solver_bodies.HELD
         mass = 1.0 / (inverse_mass if moves else 1.0) if moves else total
         of_none = constraints[lane + constraint.SURFACE] == constraint.OF_NO_SURFACE
         before = constraints[lane + constraint.SPRING_MASS]
         constraints[lane + constraint.SPRING_MASS] = mass if of_none else before
+        mean = total / (count if count > 0.0 else 1.0) if most > UNEVEN else 0.0
+        before = constraints[lane + constraint.MEAN_SPRING_MASS]
+        constraints[lane + constraint.MEAN_SPRING_MASS] = mean if of_none else before
 
 
 @inline

@@ -357,9 +357,9 @@ def _share_that_goes_on(lane: int, count: int, width: int, rows: Array) -> Any:
 
 @inline
 def _load_of_point(lane: int, row: int, h: float, rows: Array) -> Any:
-    """Load of a point over its effective mass [m/s^2]; h: substep [s]."""
+    """Load of a point over the mass of its spring [m/s^2]; h: substep [s]."""
     lasts = _stored_share(lane, row, rows) * rows[row + contact_point.NORMAL_IMPULSE]
-    return static_sink.load_of_point(row, lasts, h, rows)
+    return static_sink.load_of_point(lane, row, lasts, h, rows)
 
 
 @inline

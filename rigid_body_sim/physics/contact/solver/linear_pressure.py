@@ -192,7 +192,8 @@ def share_of_all(
 ) -> Any:  # fmt: skip
     """Return k_face of all faces of a surface: see `surface_friction`."""
     if carrier >= 0:
-        return pressure_of_face.uniform_share(members[carrier], frame[1], manifolds)
+        shares = pressure_of_face.weights(members[carrier], frame[1], manifolds)
+        return pressure_of_face.uniform_share(members[carrier], shares, frame[1], manifolds)
     lines = all_lines(count, members, manifolds)
     of_points = uniform = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     for place in range(count):

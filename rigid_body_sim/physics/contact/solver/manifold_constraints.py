@@ -28,6 +28,7 @@ from rigid_body_sim.physics.contact.solver import (
     constraint,
     contact_point,
     curved_cores,
+    face_spring,
     far_points,
     friction_patch,
     pressure_of_face,
@@ -339,6 +340,29 @@ def _weigh_nearest(
         rows[weights + point * constraint.LANES] /= total
 
 
+@inline
+def _prepare_face(
+    record: int, lane: int, width: int, tangents: Any, manifolds: Array, rows: Array
+) -> None:
+    """
+    Write how the points of a manifold share its face: see `patch_friction`, `face_spring`.
+
+    tangents : two
+    """
+    count = int(manifolds[record + manifold_record.POINT_COUNT])
+    first = lane + constraint.SIZE
+    face = first + manifold.MOST * width
+    _weigh_nearest(count, record, face, manifolds, rows)
+    parts = pressure_of_face.weights(record, tangents, manifolds)
+    rows[face + friction_patch.UNIFORM] = pressure_of_face.uniform_share(
+        record, parts, tangents, manifolds
+    )
+    is_whole = rows[lane + constraint.PARTNERS] <= face_spring.FEW
+    for point in range(count):
+        share = max(count * parts[point], face_spring.LEAST) if is_whole else 1.0
+        rows[first + point * width + contact_point.SPRING_SHARE] = share
+
+
 @kernel
 def prepare_points(
     width: int, curved: bool, order: Indices, translation: Array, colliders: ColliderArrays,
@@ -389,12 +413,8 @@ def prepare_points(
             far_points.put_behind(
                 record, bounds_record.smaller_radius(colliders.local_bounds, a, b), manifolds
             )
-            face = lane + constraint.SIZE + manifold.MOST * width
             surface_friction.leave_alone(lane, width, rows)
-            _weigh_nearest(point_count, record, face, manifolds, rows)
-            rows[face + friction_patch.UNIFORM] = pressure_of_face.uniform_share(
-                record, (tangent, cross(normal, tangent)), manifolds
-            )
+            _prepare_face(record, lane, width, (tangent, cross(normal, tangent)), manifolds, rows)
         for point in range(point_count):
             found = record + manifold_record.POINTS + point * manifold.POINT
             row = lane + constraint.SIZE + point * width
@@ -403,6 +423,8 @@ def prepare_points(
             wide_lanes.put_vector(rows, row + contact_point.ARM_A, subtract(place, center_a))
             wide_lanes.put_vector(rows, row + contact_point.ARM_B, subtract(place, center_b))
             rows[row + contact_point.INITIAL_SEPARATION] = separation
+            if point_count == 1:
+                rows[row + contact_point.SPRING_SHARE] = 1.0
             if width > contact_point.SIZE:
                 rows[row + contact_point.RESTITUTION_NORMAL] = 0.0
                 rows[row + contact_point.RESTITUTION_TANGENT_1] = 0.0

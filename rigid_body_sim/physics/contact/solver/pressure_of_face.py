@@ -102,14 +102,18 @@ def weights(record: int, tangents: Any, manifolds: Array) -> Any:
     A point that would pull has none; of a face that was not measured all are alike.
     """
     count = int(manifolds[record + manifold_record.POINT_COUNT])
+    if not (count > 2 and manifolds[record + manifold_record.FACE_AREA] > 0.0):
+        alike = 1.0 / count
+        return (
+            alike, alike if count > 1 else 0.0, alike if count > 2 else 0.0,
+            alike if count > 3 else 0.0,
+        )  # fmt: skip
     used = (1 << count) - 1
-    tilt = 1.0 / count, 0.0, 0.0
-    if count > 2 and manifolds[record + manifold_record.FACE_AREA] > 0.0:
+    tilt = _tilt(record, tangents, used, manifolds)
+    least, which = _least(record, tangents, used, tilt, manifolds)
+    if least < 0.0 and count == manifold.MOST:
+        used -= 1 << which
         tilt = _tilt(record, tangents, used, manifolds)
-        least, which = _least(record, tangents, used, tilt, manifolds)
-        if least < 0.0 and count == manifold.MOST:
-            used -= 1 << which
-            tilt = _tilt(record, tangents, used, manifolds)
     return (
         _weight(record, 0, tangents, used, tilt, manifolds),
         _weight(record, 1, tangents, used, tilt, manifolds),
@@ -132,15 +136,14 @@ def _weight(
 
 
 @kernel
-def uniform_share(record: int, tangents: Any, manifolds: Array) -> Any:
-    """Return k_face of the manifold that begins at a place; tangents: two."""
+def uniform_share(record: int, shares: Any, tangents: Any, manifolds: Array) -> Any:
+    """Return k_face of a manifold from the weights of its points; tangents: two."""
     count = int(manifolds[record + manifold_record.POINT_COUNT])
     if count < 3:
         return patch_friction.LINE
     if not manifolds[record + manifold_record.FACE_AREA] > 0.0:
         return TRIANGLE if count == 3 else patch_friction.LINE
     middle = load(manifolds, record + manifold_record.FACE_MIDDLE)
-    shares = weights(record, tangents, manifolds)
     total, c_1, c_2, s_11, s_12, s_22 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for index in range(count):
         x, y = place(record, index, middle, tangents, manifolds)

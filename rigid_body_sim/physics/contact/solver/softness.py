@@ -18,11 +18,11 @@ under one pressure, and one that is just covered by a sliver holds up no more th
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from rigid_body_sim.physics.arrays import Array
 from rigid_body_sim.physics.compile.kernels import inline
-from rigid_body_sim.physics.contact.solver import constraint
+from rigid_body_sim.physics.contact.solver import constraint, contact_point
 
 DEEP = 0.005  # [-] of the radius: what is deeper comes out at a rate: `solve`
 
@@ -53,3 +53,11 @@ def soften(lane: int, softness: Softness, fixed: bool, share: float, rows: Array
     rows[lane + constraint.MASS_SCALE] = a2 * impulse_scale
     rows[lane + constraint.IMPULSE_SCALE] = impulse_scale
     rows[lane + constraint.SHARE] = share
+
+
+@inline
+def spring_mass(lane: int, row: int, constraints: Array, points: Array) -> Any:
+    """Return the mass on which the own spring of a point of a lane acts [kg]: `face_spring`."""
+    of_mean = constraints[lane + constraint.MEAN_SPRING_MASS]
+    of_part = points[row + contact_point.SPRING_SHARE] * of_mean
+    return of_part if of_mean > 0.0 else points[row + contact_point.NORMAL_MASS]

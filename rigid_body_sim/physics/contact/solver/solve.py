@@ -14,7 +14,8 @@ separation s, substep h, and beta, sigma, iota the bias rate, mass scale and imp
 
     soft:     s > 0: dJ = -m (v_n + s/h)
               s <= 0: dJ = -m/(1 + c m) (v_n + max(beta (s + slop), -cap) + c J),
-                      c = iota/(m sigma), or that of all points together: `face_spring`
+                      c = iota/(m sigma), with the m of its spring, or that of all points
+                      together: `face_spring`
                       c J <= beta a: rigid where more would press: `soft_law`
               J_n - J_warm/2 >= 0: the other half of the warm start is still to come
     relaxed:  dJ = -m (v_n + max(s, 0)/h),  J_n >= 0; with a warm start: dJ = -m v_n
@@ -46,6 +47,7 @@ from rigid_body_sim.physics.contact.solver import (
     transfers,
     wide_lanes,
 )
+from rigid_body_sim.physics.contact.solver.softness import spring_mass
 from rigid_body_sim.physics.vectors import dot, scale, subtract
 
 # [-] by which changes of friction count for more where a contact starts. Friction that tips a body
@@ -320,7 +322,7 @@ def soft_law(
     between two that both push it out cannot obey: its pace falls from JAMS times the impulse that
     gives the highest one, to none at twice that.
 
-        mass    : [kg] effective mass along the normal
+        mass    : [kg] on which its own spring acts: `softness.spring_mass`
         sink    : [m] its static sink, which its separation is less
         impulse : [N s] J, or of all points with their one spring: `face_spring`
         sudden  : [N s] of it, what no load explains
@@ -382,8 +384,8 @@ def _solve_normals(
         one_spring = constraints[lane + constraint.SPRING_MASS] > 0.0
         beyond = scratch[lane + lane_scratch.SPRING_IMPULSE] if one_spring else beyond
         bias, softness = soft_law(
-            constraints, lane, mass, separation, sink, beyond,
-            old - 2.0 * points[lane + contact_point.WARM_NORMAL], inverse_h, slop, cap,
+            constraints, lane, spring_mass(lane, lane, constraints, points), separation, sink,
+            beyond, old - 2.0 * points[lane + contact_point.WARM_NORMAL], inverse_h, slop, cap,
         )  # fmt: skip
         if BENDS:
             bias += bends.bend_of_point(lane, lane, LAYERED, points, scratch)

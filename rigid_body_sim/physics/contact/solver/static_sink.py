@@ -52,6 +52,7 @@ from typing import Any
 from rigid_body_sim.physics.arrays import Array
 from rigid_body_sim.physics.compile.kernels import inline
 from rigid_body_sim.physics.contact.solver import constraint, contact_point
+from rigid_body_sim.physics.contact.solver.softness import spring_mass
 
 BEARS = 0.1  # [-] of the largest load: a point with more counts as one, with less as a part
 BAND = 1e-3  # [-] of a load; so much of its sink is left, at most
@@ -108,9 +109,9 @@ def lasting_impulse(row: int, normal_impulse: float, rows: Array) -> Any:
 
 
 @inline
-def load_of_point(row: int, normal_impulse: float, h: float, rows: Array) -> Any:
-    """Return the load of a point over its effective mass [m/s^2]; h: substep [s]."""
-    mass = rows[row + contact_point.NORMAL_MASS]
+def load_of_point(lane: int, row: int, normal_impulse: float, h: float, rows: Array) -> Any:
+    """Return the load of a point over the mass of its spring [m/s^2]; h: substep [s]."""
+    mass = spring_mass(lane, row, rows, rows)
     return lasting_impulse(row, normal_impulse, rows) / (h * mass) if mass > 0.0 else 0.0
 
 

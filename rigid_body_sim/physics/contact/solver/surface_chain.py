@@ -6,7 +6,8 @@ Surfaces of several manifolds, as chains of lanes: what they carry together.
 All manifolds of one body on one other with one normal (`surface_members`) are a surface. SURFACE
 and NEXT_OF_SURFACE of `constraint` chain their lanes, NEXT_SURFACE links the surfaces of a group,
 in the order of their manifolds. `whole_surface` solves them; where one of them is a face they have
-one spring, and one load (`face_spring`, `static_sink`).
+one spring, and one load, as long as they lie alone or are struck flat (`face_spring`,
+`static_sink`), else springs that share one (`surface_springs`).
 """
 
 from __future__ import annotations

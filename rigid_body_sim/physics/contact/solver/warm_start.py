@@ -34,6 +34,7 @@ from rigid_body_sim.physics.contact.solver import (
     wide_lanes,
 )
 from rigid_body_sim.physics.contact.solver.constraint import LANES
+from rigid_body_sim.physics.contact.solver.softness import spring_mass
 from rigid_body_sim.physics.vectors import dot, scale
 
 RUBS = slot('[-] whether friction is that of the points, not of a patch of them')
@@ -59,11 +60,11 @@ def share_of_load(impulse: float, warm: float, mass: float) -> Any:
 
 
 @inline
-def share_of_point(row: int, points: Array) -> Any:
+def share_of_point(lane: int, row: int, constraints: Array, points: Array) -> Any:
     """Share of the impulse of a point that is a load, alone."""
     return share_of_load(
         points[row + contact_point.NORMAL_IMPULSE], points[row + contact_point.WARM_NORMAL],
-        points[row + contact_point.NORMAL_MASS],
+        spring_mass(lane, row, constraints, points),
     )  # fmt: skip
 
 
@@ -71,7 +72,8 @@ def share_of_point(row: int, points: Array) -> Any:
 def lasting_share(lane: int, row: int, constraints: Array, points: Array) -> Any:
     """Share of the impulse of a point that lasts: its load, or that of all with its spring."""
     one_spring = constraints[lane + constraint.SPRING_MASS] > 0.0
-    return constraints[lane + constraint.LASTS] if one_spring else share_of_point(row, points)
+    own = share_of_point(lane, row, constraints, points)
+    return constraints[lane + constraint.LASTS] if one_spring else own
 
 
 @inline

@@ -1,25 +1,26 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Normals of a manifold of bodies that have no more than two, solved as a whole before its points
-are visited one by one: so a motion that has a plane of symmetry keeps it, and a stack that is put
-down flat stays flat.
+Normals of a manifold of bodies that touch no more than two others, solved as a whole before its
+points are visited one by one: so a motion that has a plane of symmetry keeps it, and a stack that
+is put down flat stays flat. All that cannot move is one other.
 
 Sequential impulses give a body that lands on an edge a turn with the first point and take it back
 with the other, to the tolerance of the iteration. The points of a manifold are those of two rigid
 bodies: at the place (x, y) in the plane of contact their velocity is v + x w_1 + y w_2. So the
 change of their impulses is sought in the same form,
 
-    J'_i = sum_j mu_j psi_j(i),   psi_0 = 1, psi_1 = x_i - x, psi_2 = y_i - y
+    J'_i = sum_j mu_j psi_j(i),   psi_0 = w_i, psi_1 = w_i (x_i - x), psi_2 = w_i (y_i - y)
 
-over the k points that press or are about to, (x, y) their middle. With b and c of their one
-spring (`face_spring`), r_i = v_n + b_i + c sum_j J_j of point i,
+over the points that press or are about to, w_i the part of the face for which each stands over the
+mean (`face_spring`), k their sum and (x, y) their middle. With b and c of their one spring,
+r_i = v_n + b_i + c sum_j J_j of point i,
 
     (B + C) mu = -sum_i psi(i) r_i,   J_i <- J_i + t J'_i
 
     B_jl = G_j x n . I^-1 (G_l x n) of A and of B, and k^2 (1/m_A + 1/m_B) in B_00
     G_j = sum_i psi_j(i) r_i,  r_i the arm;   C = c S S^T,  S = sum psi(i) of what is soft,
-    or of what has springs at its points (`face_spring`) C = c sum psi(i) psi(i)^T
+    or of what has springs at its points C = sum c_i psi(i) psi(i)^T, c_i w_i the same of all
 
 It is the change after which visits of the points find nothing (Galerkin's equations in the space
 of rigid motions). t <= 1 is the share at which the first impulse comes to 0: so far, no change
@@ -27,11 +28,11 @@ takes energy from the bodies that it gives back (the method of active sets; Noce
 Numerical Optimization, 2006, section 16.5). What then has no impulse and would be given less is
 dropped, and the rest is solved again, ROUNDS times at most. Points that lie on a line have no
 psi across it. Where a change would let one point go before the others, it is first tried with
-psi(i) times J_i: so what lets go does so at all points at once.
+w_i = J_i: so what lets go does so at all points at once.
 
 Manifolds are solved one after the other. Where each one gives its bodies no turn, none of them
 turns, however far the passes go. Several that are one surface are solved together
-(`whole_surface`). Of other bodies with three and more, only what is common is solved
+(`whole_surface`). Of bodies that touch three and more, only what is common is solved
 (`common_impulse`): heaps of hulls would cost a twelfth more by this, and come to rest no sooner.
 """
 
@@ -54,6 +55,7 @@ from rigid_body_sim.physics.contact.solver import (
     wide_lanes,
 )
 from rigid_body_sim.physics.contact.solver.contact_point import ONE_POINT
+from rigid_body_sim.physics.contact.solver.softness import spring_mass
 from rigid_body_sim.physics.contact.solver.solve import LIFTS, OPEN, soft_law, waits_to_bounce
 from rigid_body_sim.physics.vectors import (
     add,
@@ -68,6 +70,7 @@ STILL = 1e-12  # [m/s] r below which nothing is solved
 ROUNDS = 6  # of active sets, at most: what is left then, the next pass does
 LINE = 1e-12  # [-] of the sum of squares along one tangent: less along the other is none
 ROUNDING = 1e-9  # [-] of an impulse, with what is to come: what is left where it comes to nothing
+ONE_PLACE = 1e-13  # [-] of the squares of ways from the origin: points as near as that are one
 SINGULAR = 1e-12  # [-] of its entry: a pivot that is no larger is none
 
 # how points are weighed in a round; in this visit nothing is left
@@ -212,8 +215,9 @@ def _law(
         one_spring = constraints[lane + constraint.SPRING_MASS] > 0.0
         impulse = scratch[lane + lane_scratch.SPRING_IMPULSE] if one_spring else impulse
         bias, softness = soft_law(
-            constraints, lane, mass, separation, sink, impulse, sudden, inverse_h, slop, cap
-        )
+            constraints, lane, spring_mass(lane, row, constraints, points), separation, sink,
+            impulse, sudden, inverse_h, slop, cap,
+        )  # fmt: skip
         if BENDS:
             bias += bends.bend_of_point(row, lane, LAYERED, points, scratch)
     else:
@@ -272,7 +276,7 @@ def _sums_of(
     velocity = motion[0] + (dot(motion[2], arm_b) - dot(motion[1], arm_a))
     found = law(constraints, points, scratch, lane, row, velocity, inverse_h, slop, cap)
     takes_part = found[2]
-    share = 1.0
+    share = points[row + contact_point.SPRING_SHARE]
     if scratch[lane + lane_scratch.WHOLE_WEIGHS] == BY_IMPULSE:
         most = scratch[lane + lane_scratch.WHOLE_MOST]
         share = impulse_so_far(row, points, SOFT, BOUNCING) / most
@@ -283,6 +287,8 @@ def _sums_of(
     if SOFT:
         softness = found[1]
         soft_share = share if softness > 0.0 else 0.0
+        one_spring = constraints[lane + constraint.SPRING_MASS] > 0.0
+        softness *= 1.0 if one_spring else share
         soft = soft_share * softness, (soft_share, soft_share * x, soft_share * y)
     else:
         soft = 0.0, (0.0, 0.0, 0.0)
@@ -306,7 +312,7 @@ def _added(sums: Any, more: Any) -> Any:
 def stirs(places: Any, drives: Any) -> Any:
     """Tell whether what moves the points that take part is more than STILL."""
     count, s_x, s_y, s_xx, _, s_yy = places
-    share = 1.0 / (count if count > 1.0 else 1.0)
+    share = 1.0 / (count if count > 0.0 else 1.0)
     x, y = share * s_x, share * s_y
     of_all, along_x, along_y = drives[0], drives[1] - x * drives[0], drives[2] - y * drives[0]
     spread = (s_xx - x * s_x) + (s_yy - y * s_y)
@@ -442,6 +448,16 @@ def _solved(m: Any, d: Any) -> Any:
     return d[0] * i_0 - l_1 * y - l_2 * z, y, z
 
 
+@inline
+def spread_along(squares: Any, middle: Any, ways: Any) -> Any:
+    """
+    Return the sum of the squares of ways from their middle along a tangent, from those from the
+    origin [m^2]: 0 where it is what rounding leaves, as of one point.
+    """
+    spread = squares - middle * ways
+    return spread if spread > ONE_PLACE * squares else 0.0
+
+
 def _changes(lane: int, constraints: Array, points: Array, scratch: Array) -> Any:
     """
     Return the change of the points of a lane: at the first, and along the two tangents per way
@@ -460,7 +476,7 @@ def _changes(lane: int, constraints: Array, points: Array, scratch: Array) -> An
     b_00, b_01, b_02, b_11, b_12, b_22 = _response(lane, TURNS, WIDTH, (x, y), constraints, points)
     b_00 += count * count * inverse_mass
     m = b_00, b_01, b_02, b_11, b_12, b_22
-    spread = s_xx - x * s_x, s_yy - y * s_y
+    spread = spread_along(s_xx, x, s_x), spread_along(s_yy, y, s_y)
     if SOFT:
         softness = scratch[lane + lane_scratch.WHOLE_SOFTNESS]
         soft, soft_x, soft_y = wide_lanes.vector(scratch, lane + lane_scratch.WHOLE_SOFT_PLACES)

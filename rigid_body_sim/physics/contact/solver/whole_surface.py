@@ -15,9 +15,9 @@ places in the plane, with middles and sums over all of them,
     F_j = sum_i psi_j(i) n_i,   G_j = sum_i psi_j(i) r_i x n_i
 
 with psi, r and t of `whole_manifold`; C as there, or sum_i c_i psi(i) psi(i)^T of what has springs
-at its points; n_i the normal, up to its sign one and the same but for rounding. At first psi(i) is
-taken times J_i / max J, where anything presses: so what lets go does so at all points at once,
-however many there are. The visits of the points follow.
+at its points (`surface_springs`); n_i the normal, up to its sign one and the same but for
+rounding. At first psi(i) is taken times J_i / max J, where anything presses: so what lets go does
+so at all points at once, however many there are. The visits of the points follow.
 
 A surface is a chain of lanes: `surface_chain`.
 """
@@ -219,7 +219,7 @@ def _sum_up_surface(
                 constraints, points, scratch, own, row, velocity, inverse_h, slop, cap
             )
             weight = whole_manifold.impulse_so_far(row, points, SOFT, BOUNCING)
-            weight = weight / most if most > 0.0 else 1.0
+            weight = weight / most if most > 0.0 else points[row + contact_point.SPRING_SHARE]
             weight = weight if takes_part else 0.0
             points[row + contact_point.TAKES_PART] = weight
             if not weight > 0.0:
@@ -305,7 +305,9 @@ def _change_of(first: int, turns: bool, found: Any, rows: Array) -> Any:
     m = add_symmetric(m, whole_manifold.response_of(row_a, turns, of_a, rows))
     m = add_symmetric(m, whole_manifold.response_of(row_b, turns, of_b, rows))
     m = add_symmetric(m, _soft_about_middle(soft, x, y))
-    spread = s_xx - x * s_x, s_yy - y * s_y
+    spread = (
+        whole_manifold.spread_along(s_xx, x, s_x), whole_manifold.spread_along(s_yy, y, s_y)
+    )  # fmt: skip
     return whole_manifold.change_from(spread, drives, m, (x, y), True)
 
 
