@@ -353,13 +353,17 @@ def _prepare_face(
     first = lane + constraint.SIZE
     face = first + manifold.MOST * width
     _weigh_nearest(count, record, face, manifolds, rows)
-    parts = pressure_of_face.weights(record, tangents, manifolds)
-    rows[face + friction_patch.UNIFORM] = pressure_of_face.uniform_share(
-        record, parts, tangents, manifolds
-    )
-    is_whole = rows[lane + constraint.PARTNERS] <= face_spring.FEW
+    is_measured = count > 2 and manifolds[record + manifold_record.FACE_AREA] > 0.0
+    if is_measured:
+        parts = pressure_of_face.weights(record, tangents, manifolds)
+        uniform = pressure_of_face.uniform_share(record, parts, tangents, manifolds)
+    else:
+        parts = 0.0, 0.0, 0.0, 0.0
+        uniform = pressure_of_face.share_of_unmeasured(count)
+    rows[face + friction_patch.UNIFORM] = uniform
+    is_uneven = is_measured and rows[lane + constraint.PARTNERS] <= face_spring.FEW
     for point in range(count):
-        share = max(count * parts[point], face_spring.LEAST) if is_whole else 1.0
+        share = max(count * parts[point], face_spring.LEAST) if is_uneven else 1.0
         rows[first + point * width + contact_point.SPRING_SHARE] = share
 
 

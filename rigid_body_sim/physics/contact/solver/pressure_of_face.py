@@ -135,14 +135,18 @@ def _weight(
     return share if share > 0.0 else 0.0
 
 
+@inline
+def share_of_unmeasured(count: int) -> Any:
+    """Return k_face of a manifold of so many points whose face was not measured."""
+    return TRIANGLE if count == 3 else patch_friction.LINE
+
+
 @kernel
 def uniform_share(record: int, shares: Any, tangents: Any, manifolds: Array) -> Any:
     """Return k_face of a manifold from the weights of its points; tangents: two."""
     count = int(manifolds[record + manifold_record.POINT_COUNT])
-    if count < 3:
-        return patch_friction.LINE
-    if not manifolds[record + manifold_record.FACE_AREA] > 0.0:
-        return TRIANGLE if count == 3 else patch_friction.LINE
+    if count < 3 or not manifolds[record + manifold_record.FACE_AREA] > 0.0:
+        return share_of_unmeasured(count)
     middle = load(manifolds, record + manifold_record.FACE_MIDDLE)
     total, c_1, c_2, s_11, s_12, s_22 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for index in range(count):
