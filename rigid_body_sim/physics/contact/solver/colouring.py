@@ -182,7 +182,6 @@ def _fill_batches(
         rows[lane + constraint.BODY_A] = float(body_a * solver_bodies.SIZE)
         rows[lane + constraint.BODY_B] = float(body_b * solver_bodies.SIZE)
         rows[lane + constraint.MANIFOLDS] = manifolds_of_bodies
-        rows[lane + constraint.PARTNERS] = float(partners)
     return end, count
 
 

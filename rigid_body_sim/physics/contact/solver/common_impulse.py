@@ -34,7 +34,6 @@ from rigid_body_sim.physics.contact.solver import (
     wide_lanes,
 )
 from rigid_body_sim.physics.contact.solver.contact_point import ONE_POINT
-from rigid_body_sim.physics.contact.solver.softness import spring_mass
 from rigid_body_sim.physics.contact.solver.solve import OPEN, soft_law, waits_to_bounce
 from rigid_body_sim.physics.vectors import (
     add,
@@ -126,9 +125,8 @@ def _law(
         beyond = scratch[lane + lane_scratch.SPRING_IMPULSE] if one_spring else impulse
         sink = static_sink.of_point(lane, row, constraints, points)
         bias, softness = soft_law(
-            constraints, lane, spring_mass(lane, row, constraints, points), separation, sink,
-            beyond, sudden, inverse_h, slop, cap,
-        )  # fmt: skip
+            constraints, lane, mass, separation, sink, beyond, sudden, inverse_h, slop, cap
+        )
         mass /= 1.0 + softness * mass
         iota = softness * mass
         bias += softness * beyond

@@ -37,7 +37,6 @@ MEAN_SPRING_MASS = constraint.number(
     'kg', 'of the spring of a point that stands for the mean part; 0: each has its effective mass'
 )
 MANIFOLDS = constraint.number('-', 'of its bodies, of the one that has more')
-PARTNERS = constraint.number('-', 'others that its bodies touch, the one that touches more')
 ALONE = constraint.number('-', '1: these are all of one surface, or this one')
 OTHERS_IMPULSE = constraint.number('N s', 'by which the others of its surface press that')
 LASTS = constraint.number('-', 'share of what presses it that lasts: `warm_start`')

@@ -361,9 +361,8 @@ def _prepare_face(
         parts = 0.0, 0.0, 0.0, 0.0
         uniform = pressure_of_face.share_of_unmeasured(count)
     rows[face + friction_patch.UNIFORM] = uniform
-    is_uneven = is_measured and rows[lane + constraint.PARTNERS] <= face_spring.FEW
     for point in range(count):
-        share = max(count * parts[point], face_spring.LEAST) if is_uneven else 1.0
+        share = max(count * parts[point], face_spring.LEAST) if is_measured else 1.0
         rows[first + point * width + contact_point.SPRING_SHARE] = share
 
 
