@@ -345,7 +345,7 @@ def test_prisms_of_odd_corners_that_bounce_on_one_another_are_not_turned(seed, f
 def test_boxes_that_bounce_on_one_another_on_tiles_are_not_turned(seed):
     """
     Over joints of many tiles, of which some bear a sliver: it holds up no more than its part. Of
-    what has odd corners or a rim one in twenty turns by more: see docs/contact.md.
+    what has odd corners or a rim one in ten turns by more: see docs/contact.md.
     """
     rng = np.random.default_rng(seed)
     e, mu, side = float(rng.uniform(0, 0.7)), float(rng.choice([0.0, 0.5])), rng.uniform(0.15, 0.5)
