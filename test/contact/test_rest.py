@@ -74,10 +74,16 @@ def leaning_stack(seed, *, counts=(2, 7), sides_of=(3, 4, 6, 8)):
 
 
 @pytest.mark.parametrize(
-    'seed', [*range(10), *(pytest.param(i, marks=pytest.mark.long) for i in range(10, 200))]
+    'seed',
+    [
+        *range(10),
+        166,
+        *(pytest.param(i, marks=pytest.mark.long) for i in range(10, 200) if i != 166),
+    ],
 )
 def test_a_stack_that_is_not_straight_comes_to_rest(seed):
-    # all are far below; of the next 500 three are not, and rock by up to 4e-3 rad/s. With one
+    # In that of seed 166 a box tips on one point, which must not count as a line for rounding.
+    # All are far below; of the next 500 three are not, and rock by up to 4e-3 rad/s. With one
     # spring a face three boxes never fell below 5e-3 rad/s
     sim = Simulation(leaning_stack(seed))
     sim.step(1000)
