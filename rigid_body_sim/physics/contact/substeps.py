@@ -73,7 +73,7 @@ move_block = slot('kernel (block, count, ...): moves bodies of a block over a su
 move_all = slot('kernel (now, group, bodies, state): moves all bodies over a substep')
 move_group = slot('kernel (now, group, bodies, packed): moves the bodies of a group')
 correct_forces = slot('kernel (time, now, touching, ...): forces of after the motion')
-gather_moved_bodies = slot('kernel (now, group, bodies)')
+gather_moved_bodies = slot('kernel (group, bodies)')
 follow_and_relax = slot('kernel (index, now, group, ...): separations, then relaxation')
 end_substep = slot('kernel (index, now, group, ...): motion of a substep, and what follows')
 
@@ -250,7 +250,7 @@ def _correct_forces(time, now, touching, motion, forces, bodies):
             )
 
 
-def _gather_moved_bodies(now, group, bodies):
+def _gather_moved_bodies(group, bodies):
     """Give the solver the bodies as they are after the motion."""
     solver_bodies.gather_moved(group, bodies)
     if COUPLED:
@@ -306,7 +306,7 @@ def _follow_and_relax(
     rows, scratch, batches = constraints.rows, constraints.scratch, constraints.batches
     lanes, batch_count = counts[tick_counts.LANES], batch_count_of(constraints)
     relaxations = int(settings[tick_settings.RELAXATIONS])
-    gather_moved_bodies(now, group, bodies)
+    gather_moved_bodies(group, bodies)
     if FLOWS:
         variable_mass.scale_to_present_mass(flows, bodies)
     if DRIVES:

@@ -151,7 +151,7 @@ def _put(index: int, point: Any, views: Array) -> None:
 
 
 @kernel
-def _of_two_edges(out: Any, views: Array) -> int:
+def _of_two_edges(views: Array) -> int:
     """List where two edges cross, or the ends of the common stretch of parallel ones."""
     start_a, start_b = load(views, flight_record.CORNERS_A), load(views, flight_record.CORNERS_B)
     along_a = subtract(load(views, flight_record.CORNERS_A + 3), start_a)
@@ -203,7 +203,7 @@ def _find_points(a: int, b: int, normal: Any, flights: Flights) -> int:
         _put(0, add_scaled(corner, -radius_b, normal), views)
         return 1
     if count_a == 2 and count_b == 2:
-        count = _of_two_edges(normal, views)
+        count = _of_two_edges(views)
         for index in range(count):
             point = load(views, flight_record.TOUCHING + 3 * index)
             _put(index, add_scaled(point, radius_a, normal), views)

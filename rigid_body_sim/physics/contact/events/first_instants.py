@@ -136,7 +136,7 @@ def _find_events(
                 carry(body_of(a, flights), flights)
                 carry(body_of(b, flights), flights)
             continue
-        if not has_room_for_event(flights, counts):
+        if not has_room_for_event(counts):
             return False
         row = add_event(a, b, h, flights, counts) * flight_record.EVENT
         if first < m:

@@ -157,7 +157,7 @@ def _free_points_fly(
         manifolds[record + manifold_record.STATE] = DROPPED
     if instant == flight_record.NEVER:
         return True
-    if not has_room_for_event(flights, counts):
+    if not has_room_for_event(counts):
         return False
     row = add_event(a, b, h, flights, counts) * flight_record.EVENT
     flights.pairs[row + flight_record.INSTANT] = instant

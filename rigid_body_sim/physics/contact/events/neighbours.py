@@ -121,7 +121,7 @@ def _ask_neighbours(body: int, time: float, h: float, flights: Flights, counts: 
             pair_id = max(a, b) * count + min(a, b)
             if is_ignored(pair_id, flights.ignored) or _lists_pair(body, a, b, flights):
                 continue
-            if not has_room_for_event(flights, counts):
+            if not has_room_for_event(counts):
                 return False
             add_event(a, b, h, flights, counts)
     return True

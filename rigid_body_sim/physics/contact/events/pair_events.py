@@ -59,7 +59,7 @@ def speed_of_carried(a: int, b: int, h: float, flights: Flights) -> Any:
 
 
 @inline
-def has_room_for_event(flights: Flights, counts: Indices) -> bool:
+def has_room_for_event(counts: Indices) -> bool:
     """Tell whether the list of events takes one more."""
     return counts[tick_counts.EVENTS] < counts[tick_counts.EVENT_ROOM]
 

@@ -160,7 +160,7 @@ def _balls_meet(a: int, b: int, rest: float, row: int, flights: Flights) -> Any:
 
 
 @kernel
-def _bend(a: int, b: int, normal: Any, turn: Any, distance: float, flights: Flights) -> Any:
+def _bend(a: int, b: int, turn: Any, distance: float, flights: Flights) -> Any:
     """Bound what turning may take from the second derivative of the gap: k of the module."""
     views = flights.views
     bend = views[flight_record.BEND] + views[flight_record.VIEW + flight_record.BEND]
@@ -220,7 +220,7 @@ def _find_instant(a: int, b: int, start: float, end: float, row: int, flights: F
         gap, rate = extremes(a, b, normal, turn, SOON * left, rounding, flights)
         if gap < -OVERLAP * levers:
             break
-        bend = _bend(a, b, normal, turn, abs(gap), flights)
+        bend = _bend(a, b, turn, abs(gap), flights)
         curve = dot(normal, pull) - bend
         if bend > 0.0:
             curve = min(curve, 0.0)

@@ -115,7 +115,7 @@ def _press_as_one(
     if count > 1:
         carrier = carrier_of(count, members, width, table, manifolds, rows)
         if is_new(count, members, width, manifolds, rows):
-            first = first_load(members[0], h, frame, table, manifolds, rows, bodies)
+            first = first_load(members[0], h, frame, table, manifolds, bodies)
     if recalls != AS_FOUND and first[0] == 0.0 and all_roll(count, members, manifolds, rows):
         first = left_behind(
             count, members, width, h, recalls == WITH_LOST, frame, colliders, constraints, bodies

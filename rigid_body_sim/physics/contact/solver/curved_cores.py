@@ -149,23 +149,16 @@ def clear_lines(lanes: int, scratch: Array) -> None:
 
 
 @inline
-def _clamped(x: float, limit: float) -> float:
-    """Return the number nearest to x between -limit and limit, without a branch."""
-    x = x if x < limit else limit
-    return x if x > -limit else -limit
-
-
-@inline
 def _between_nearest(way: Any, axis_a: Any, axis_b: Any, half_a: float, half_b: float) -> Any:
     """Return d and the place s on the core of A; way: w, see the module."""
     along_a, along_b, cosine = dot(way, axis_a), dot(way, axis_b), dot(axis_a, axis_b)
     sine = 1.0 - cosine * cosine
     crosses = sine > NO_NEAREST_POINT
     on_a = (along_a - cosine * along_b) / (sine if crosses else 1.0)
-    on_a = _clamped(on_a if crosses else along_a, half_a)
+    on_a = wide_lanes.clamp(on_a if crosses else along_a, half_a)
     wanted = cosine * on_a - along_b
-    on_b = _clamped(wanted, half_b)
-    on_a = on_a if on_b == wanted else _clamped(along_a + cosine * on_b, half_a)
+    on_b = wide_lanes.clamp(wanted, half_b)
+    on_a = on_a if on_b == wanted else wide_lanes.clamp(along_a + cosine * on_b, half_a)
     return subtract(add_scaled(way, on_b, axis_b), scale(on_a, axis_a)), on_a
 
 

@@ -228,7 +228,7 @@ def _measure_anew(
     begin, end = _face(first, width)
     patch = rows[begin:end]
     if surface_friction.any_surface(scratch):
-        surface_friction.add_press_of_others(used, first, width, rows, patch, scratch)
+        surface_friction.add_press_of_others(used, width, rows, patch, scratch)
     if patch_friction.any_stale(used, patch, scratch):
         _measure_patch(
             lanes, used, near, first, width, contact_point.NORMAL_IMPULSE,

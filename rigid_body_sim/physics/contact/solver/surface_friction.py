@@ -193,12 +193,10 @@ def join(
 
 
 @kernel
-def add_press_of_others(
-    used: int, first: int, width: int, rows: Array, patch: Array, scratch: Array
-) -> None:
+def add_press_of_others(used: int, width: int, rows: Array, patch: Array, scratch: Array) -> None:
     """
     Add what presses on the other manifolds of a surface; nothing presses on those that have no
-    friction of their own. first: where the points of the batch begin in the rows.
+    friction of their own.
     """
     for lane in range(used):
         other = patch[lane + friction_patch.FIRST_OTHER]

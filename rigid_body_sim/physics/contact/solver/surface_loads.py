@@ -36,8 +36,7 @@ FLUSH_DISTANCE = 1e-5  # [m] from a surface: what a body has lost there was a pa
 
 @kernel
 def first_load(
-    record: int, h: float, frame: Any, table: Indices, manifolds: Array, rows: Array,
-    bodies: Array,
+    record: int, h: float, frame: Any, table: Indices, manifolds: Array, bodies: Array
 ) -> Any:  # fmt: skip
     """
     Return what a body that is put down on a surface that cannot move presses in a substep, by what
