@@ -364,7 +364,9 @@ def share_kernels(patch):
         sleeps = bindings['SLEEPING'] or not bindings['EVENTS']
         rules = {'IGNORES': True, 'SLEEPING': sleeps}
         if bindings['COUPLED']:
-            rules |= {'VELOCITY_DEPENDENT': True, 'DRIVES': True, 'FLOWS': True}
+            rules |= {'DRIVES': True, 'FLOWS': True}
+        if bindings['COUPLED'] and not bindings['EVENTS']:
+            rules['VELOCITY_DEPENDENT'] = True
         return compiled(name, **{**bindings, **rules})
 
     def make_sleepers(self, scene, sleeping):

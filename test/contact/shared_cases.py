@@ -34,7 +34,6 @@ TICKS = 10
 # work up over substeps, not the tick, and evaluates what acts anew as a tick begins; and it
 # evaluates a spring in each substep, where the kernel of the scene corrects that of the last one
 ROUND_OFF = {'flows': 1e-14, 'driven': 1e-14, 'pulled': 1e-14}
-ROUND_OFF['events, pulled'] = ROUND_OFF['pulled']
 ROUND_OFF['belt'] = 3e-14  # a brick strikes it in the last tick: some more, of 2 rad/s
 ROUND_OFF['driven, pulled'] = ROUND_OFF['driven'] + ROUND_OFF['pulled']
 
