@@ -221,6 +221,16 @@ def dropped_flat(rng, e, count=1):
     return bodies, float(mu)
 
 
+def tiles_of(side, e, mu):
+    """A floor of 49 square tiles with its middle at the origin."""
+    return [
+        {'name': f'tile{i}_{j}', 'shape': {'type': 'box', 'size': [side, side, 0.5]},
+         'fixed': True, 'restitution': e, 'friction': mu,
+         'initial': {'position': [side * (i - 3), side * (j - 3), -0.25]}}
+        for i in range(7) for j in range(7)
+    ]  # fmt: skip
+
+
 # ticks: for several blows, and for what does not bounce to come to rest
 TICKS = 75
 E = 0.0, 0.5, 1.0
@@ -236,13 +246,7 @@ def test_tiles_turn_nothing_that_falls_flat_on_them_in_ticks(seed, e):
     rng = np.random.default_rng(seed)
     bodies, mu = dropped_flat(rng, e)
     bodies[0]['initial']['position'][:2] = rng.uniform(-0.3, 0.3, 2).tolist()
-    side = rng.uniform(0.1, 0.5)
-    tiles = [
-        {'name': f'tile{i}_{j}', 'shape': {'type': 'box', 'size': [side, side, 0.5]},
-         'fixed': True, 'restitution': e, 'friction': mu,
-         'initial': {'position': [side * (i - 3), side * (j - 3), -0.25]}}
-        for i in range(7) for j in range(7)
-    ]  # fmt: skip
+    tiles = tiles_of(rng.uniform(0.1, 0.5), e, mu)
     worst, sim = in_ticks([*tiles, *bodies], 1, TICKS)
     assert worst < 1e-9
     if e == 0.0:
@@ -349,12 +353,7 @@ def test_boxes_that_bounce_on_one_another_on_tiles_are_not_turned(seed):
     """
     rng = np.random.default_rng(seed)
     e, mu, side = float(rng.uniform(0, 0.7)), float(rng.choice([0.0, 0.5])), rng.uniform(0.15, 0.5)
-    tiles = [
-        {'name': f'tile{i}_{j}', 'shape': {'type': 'box', 'size': [side, side, 0.5]},
-         'fixed': True, 'restitution': e, 'friction': mu,
-         'initial': {'position': [side * (i - 3), side * (j - 3), -0.25]}}
-        for i in range(7) for j in range(7)
-    ]  # fmt: skip
+    tiles = tiles_of(side, e, mu)
     bodies = bouncing_prisms(rng, e, mu, 4)
     worst, _ = in_ticks([*tiles, *bodies], len(bodies), 2 * TICKS)
     # passes end where they change less than 1e-7 m/s, here some 0.1 m from the middle

@@ -85,6 +85,15 @@ def all_lines(count: int, members: Indices, manifolds: Array) -> bool:
 
 
 @inline
+def has_line(count: int, members: Indices, manifolds: Array) -> bool:
+    """Tell whether some manifold of a surface has two points."""
+    found = False
+    for place in range(count):
+        found = found or is_line(members[place], manifolds)
+    return found
+
+
+@inline
 def has_one_spring(
     count: int, members: Indices, width: int, manifolds: Array, rows: Array, bodies: Array
 ) -> bool:  # fmt: skip

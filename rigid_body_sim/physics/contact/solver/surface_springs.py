@@ -21,7 +21,7 @@ one it leaves, and lift it there.
 from __future__ import annotations
 
 from rigid_body_sim.physics.arrays import Array, Indices
-from rigid_body_sim.physics.compile.kernels import inline, kernel
+from rigid_body_sim.physics.compile.kernels import kernel
 from rigid_body_sim.physics.contact import solver_bodies
 from rigid_body_sim.physics.contact.collision import collider_record, manifold_record
 from rigid_body_sim.physics.contact.solver import (
@@ -33,7 +33,7 @@ from rigid_body_sim.physics.contact.solver import (
 )
 from rigid_body_sim.physics.contact.solver.linear_pressure import carrier_of, size_of
 from rigid_body_sim.physics.contact.solver.softness import DEEP, Softness, soften
-from rigid_body_sim.physics.contact.solver.surface_members import is_line, owner_of
+from rigid_body_sim.physics.contact.solver.surface_members import has_line, owner_of
 
 LEAST = 1e-3  # [-] share of a line in the softness of a surface
 LEAST_PART = 1e-5  # [-] of the mean part of a point: without one it has no spring
@@ -71,15 +71,6 @@ def give_way_as_one_line(
         scratch[lane_scratch.SHARED] = 1.0
 
 
-@inline
-def _has_line(count: int, members: Indices, manifolds: Array) -> bool:
-    """Tell whether some manifold of a surface is a line."""
-    found = False
-    for place in range(count):
-        found = found or is_line(members[place], manifolds)
-    return found
-
-
 @kernel
 def share_springs(
     count: int, members: Indices, width: int, h: float, table: Indices, manifolds: Array,
@@ -96,7 +87,7 @@ def share_springs(
         bodies[int(rows[first + constraint.BODY_A]) + solver_bodies.INVERSE_MASS]
         + bodies[int(rows[first + constraint.BODY_B]) + solver_bodies.INVERSE_MASS]
     )
-    if not mass > 0.0 or _has_line(count, members, manifolds):
+    if not mass > 0.0 or has_line(count, members, manifolds):
         return
     carrier = carrier_of(count, members, width, table, manifolds, rows)
     area, load_of_all, points_of_all = 0.0, 0.0, 0.0
