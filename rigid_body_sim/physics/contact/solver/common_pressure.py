@@ -196,8 +196,9 @@ def share_pressure(
         ):
             continue
         count = list_surface(record, table, manifolds, rows, bodies, members)
-        one_spring = has_one_spring(count, members, width, manifolds, rows, bodies)
+        one_spring = False
         if count > 1:
+            one_spring = has_one_spring(count, members, width, manifolds, rows, bodies)
             surface_chain.chain(count, members, one_spring, softness.h, manifolds, rows, bodies)
         count = keep_faces(count, members, manifolds)
         if count > 1 and not one_spring:

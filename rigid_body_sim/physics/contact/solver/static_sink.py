@@ -14,16 +14,17 @@ for a manifold, and slow:
     l <- l + RATE (f (1 - BAND) - l)  where that is more, (f (1 + BAND) - l) where that is less
     delta = l / omega_c^2,  at most MOST_SINK r/200, by which a contact gives way at most (`solve`)
 
-with w its share of a surface of several lines, else 1 (`softness`), and omega_c that of the whole,
-so that springs, dampers and which points press are those of a contact without it. f is the mean
-over the points that bear: what stands on two of its four points sinks in no deeper than on all. A
-point that begins to counts by and by: else an arch near its limit never comes to rest. What has
-one spring has f = sum F/M (`face_spring`). One number for each point that followed its load would
-do the work of a negative damper on a body that rocks; without RATE the row would lose its only
-damping of wrong loads. Within BAND of the load nothing follows: there the springs stand firm, and
-hold what statics leaves open (which of five legs carries how much) where it is; followed all the
-way, it creeps over some ten thousand ticks. The load is kept as an acceleration [m/s^2], so it
-stays the same when the substep changes.
+with m the mass on which the spring of a point acts (`face_spring`), w its share of a surface of
+several lines, else 1 (`softness`), and omega_c that of the whole, so that springs, dampers and
+which points press are those of a contact without it. f is the mean over the points that bear: what
+stands on two of its four points sinks in no deeper than on all. A point that begins to counts by
+and by: else an arch near its limit never comes to rest. What has one spring has f = sum F/M
+(`face_spring`). One number for each point that followed its load would do the work of a negative
+damper on a body that rocks; without RATE the row would lose its only damping of wrong loads.
+Within BAND of the load nothing follows: there the springs stand firm, and hold what statics leaves
+open (which of five legs carries how much) where it is; followed all the way, it creeps over some
+ten thousand ticks. The load is kept as an acceleration [m/s^2], so it stays the same when the
+substep changes.
 
 Overlap that no load explains was left by an impact, or by loads that begin. Bodies are lifted out
 of it, which is energy that contact gives, so it goes slowly: beyond what carries the load of this
