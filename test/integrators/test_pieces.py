@@ -11,6 +11,7 @@ import math
 import os
 import pickle
 import random
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -22,6 +23,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rigid_body_sim.physics.compile import kernels
+from rigid_body_sim.physics.compile.elf import UnknownCode
 from rigid_body_sim.physics.compile.images import Images
 from rigid_body_sim.physics.compile.kernel import Kernel
 from rigid_body_sim.physics.compile.kernel_files import DIGEST_SIZE, MAGIC
@@ -63,29 +65,54 @@ def test_each_piece_stands_once_and_after_all_that_it_needs(count, chance):
     assert text.count('define') == len(found)
 
 
+def module(name, uses, *rest):
+    """A module as LLVM writes it: a function that uses things, and what stands beside it."""
+    return ''.join((f'define i8 @{name}() {{\n  use {uses} ; preds = %entry\n}}\n', *rest))
+
+
 def test_metadata_and_what_is_a_modules_own_bear_the_names_of_their_content():
     """Two modules number alike what differs; put together, each keeps its own."""
-    loops = [
-        taken_apart([('f', f'define @f{n} !dbg !1', False)], ['!{i32 7}', f'!{{!0, i32 {n}}}'])
-        for n in (1, 2)
-    ]
-    (first, _), (second, _) = loops
-    shared = first.keys() & second.keys() - {'f'}
-    assert len(shared) == 1  # !{i32 7} is one and the same
-    assert first['f'].rpartition('!')[2] != second['f'].rpartition('!')[2]
-    own = [
-        taken_apart(
-            [
-                (f'const.{run}', f'@const.{run} = internal constant i8 {n}', False),
-                ('g', f'use @const.{run}', False),
-            ],
-            [],
-        )[0]
-        for n in (1, 2)
-        for run in (7, 8)  # numba names a text by the hash that it has in this process
-    ]
-    assert own[0] == own[1] and own[2] == own[3]
-    assert own[0]['g'] != own[2]['g']
+    same = '!0 = !{i32 7}\n'
+    first, second = (
+        taken_apart(module('f', '!1', same, f'!1 = !{{!0, i32 {n}}}\n'))[0] for n in (1, 2)
+    )
+    assert len(first.keys() & second.keys() - {'f'}) == 1  # !{i32 7} is one and the same
+    assert first['f'] != second['f']
+    ours, longer = (
+        [
+            taken_apart(module('g', f'@const.{run}{end}', f'@const.{run} = internal i8 {n}\n'))[0]
+            for n in (1, 2)
+            for run in (7, 8)  # numba names a text by the hash that it has in this process
+        ]
+        for end in ('', '.of_another')
+    )
+    assert ours[0] == ours[1] and ours[2] == ours[3]
+    assert ours[0]['g'] != ours[2]['g']
+    assert '@const.7.of_another' in longer[0]['g']  # which only begins like the other
+
+
+def test_two_loops_are_two_however_alike_what_is_said_of_them():
+    """LLVM knows a loop by metadata that name themselves."""
+    said = '!0 = distinct !{!0, !2}\n', '!1 = distinct !{!1, !2}\n', '!2 = !{i32 1}\n'
+    whole = joined('', [Piece(*taken_apart(module(f, '!0, !1', *said)), {}, ()) for f in 'fg'])
+    loops = re.findall(r'^(!\d+) = distinct !{(!\d+), (!\d+)}$', whole, re.MULTILINE)
+    assert len({number for number, _, _ in loops}) == len(loops) == 4
+    assert all(itself == number for number, itself, _ in loops)
+    assert len({other for _, _, other in loops}) == 1
+    with pytest.raises(UnknownCode, match='circle'):
+        taken_apart(module('f', '!0', '!0 = !{!1}\n', '!1 = !{!0}\n'))
+
+
+def test_attributes_stand_where_they_are_named_and_what_is_outside_is_declared():
+    defined, declared = taken_apart(
+        module('f', '#1', 'declare i8 @"g h"(i8) #0\n', '@e = external global i8\n')
+        + 'attributes #0 = { nounwind memory(read) }\nattributes #1 = { cold }\n'
+    )
+    assert defined == {'f': 'define i8 @f() {\n  use cold\n}\n'}
+    assert declared == {
+        'g h': 'declare i8 @"g h"(i8) nounwind memory(read)\n',
+        'e': '@e = external global i8\n',
+    }
 
 
 @given(st.randoms(use_true_random=False))

@@ -1,17 +1,18 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-What LLVM is to compile of one function, before LLVM has seen it: the text of it, and of what
-it names, by symbol.
+What LLVM is to compile of one function: the text of it, simplified by itself, and of what it
+names, by symbol.
 
-A kernel is the texts of some hundred functions, put together and read by LLVM once (`joined`).
-Nothing is linked, optimised or checked function by function: whoever reuses a piece in another
+A kernel is the texts of some hundred functions, put together and read by LLVM (`joined`). Nothing
+is linked, and what is done to a function by itself is done once: whoever reuses a piece in another
 kernel takes its text.
 
-The same source gives the same text in every process. In that of one module metadata are numbered,
-and what is its own alone may be called as something else in another module: numbers and such names
-are those of their content here, which is the same wherever it stands; and the symbol of a function
-is that of what it was made of (`numba_pipeline`).
+The same source gives the same text in every process. In that of one module attributes and metadata
+are numbered, and what is its own alone may be called as something else in another module:
+attributes stand where they are named here, numbers of metadata and such names are those of their
+content, which is the same wherever it stands; and the symbol of a function is that of what it was
+made of (`numba_pipeline`).
 
 A piece is kept in a file (`PieceFiles`), which names those of the pieces that it needs, with a
 digest of their text: where one of them is not whole, or another one, none that needs it is whole,
@@ -24,17 +25,25 @@ from __future__ import annotations
 import json
 import pickle
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
 from typing import NamedTuple
 
+from rigid_body_sim.physics.compile.elf import UnknownCode
 from rigid_body_sim.physics.compile.kernel_files import named, read_whole, write_whole
 
-_METADATA = re.compile(r'!(\d+)')
+_VALUE = re.compile(r'^define .*?^\}\n|^declare [^\n]*\n|^@[^\n]*\n', re.DOTALL | re.MULTILINE)
+_SYMBOL = re.compile(r'@("[^"]*"|[\w.$-]+)')
+_OUTSIDE = re.compile(r'declare |@\S+ = (?:external|extern_weak) ')
 _OWN = re.compile(r'@("[^"]*"|[\w.$-]+) = (?:internal|private) ')
+_NODE = re.compile(r'^!(\d+) = (.*)\n', re.MULTILINE)
+_METADATA = re.compile(r'!(\d+)')
+_ATTRIBUTES = re.compile(r'^attributes #(\d+) = \{ (.*) \}\n', re.MULTILINE)
+_GROUP = re.compile(r' #(\d+)')
+_ASIDE = re.compile(r' +; preds = .*')
 _DIGITS = 24  # of the digest in the name of what is a module's own
 _MOST = 2**31  # of the numbers that LLVM reads
 _ADDRESS = 'numba.dynamic.globals'  # how the symbols of variables begin that hold one
@@ -100,37 +109,72 @@ def in_order(pieces: Iterable[Piece]) -> Iterator[Piece]:
             under_way.append((piece, iter(piece.needs)))
 
 
-def taken_apart(
-    values: Sequence[tuple[str, str, bool]], metadata: Sequence[str]
-) -> tuple[dict[str, str], dict[str, str]]:
+def taken_apart(text: str) -> tuple[dict[str, str], dict[str, str]]:
     """
-    Sort what a module holds into what it defines and what it declares.
+    Sort what a module holds into what it defines and what it declares, by symbol.
 
-    values   : symbol, text, and whether that is a declaration
-    metadata : content of number 0, 1, …
+    text : of the module, as LLVM writes it
+
+    UnknownCode if its metadata name each other in a circle.
     """
-    numbers: list[str] = []
-    defined, declared = {}, {}
-    for content in metadata:
-        named = _METADATA.sub(lambda found: '!' + numbers[int(found[1])], content).strip()
-        numbers.append(str(int.from_bytes(sha256(named.encode()).digest()[:8], 'big') % _MOST))
-        defined['!' + numbers[-1]] = f'!{numbers[-1]} = {named}\n'
-    renamed: dict[str, str] = {}  # symbols as they stand in the text
-    own: dict[str, str] = {}
-    for symbol, text, _ in values:
-        found = _OWN.match(text)
+    values = [(_name(value), value) for value in _VALUE.findall(text)]
+    groups = dict(_ATTRIBUTES.findall(text))
+    nodes = _Nodes(dict(_NODE.findall(text)), next(n for n, v in values if v.startswith('define')))
+    names: dict[str, str] = {}
+    for symbol, value in values:
+        found = _OWN.match(value)
         if found:  # numba names a text by the hash that it has in this process
-            digest = sha256(text[found.end() :].encode()).hexdigest()[:_DIGITS]
-            own[symbol] = f'{_ADDRESS if hold_addresses([symbol]) else "own"}.{digest}'
-            renamed[found[1]] = f'"{own[symbol]}"'
-    for symbol, text, declares in values:
-        whole = text
-        if numbers and text.startswith('define'):
-            whole = _METADATA.sub(lambda found: '!' + numbers[int(found[1])], text)
-        for old, new in renamed.items():
-            whole = whole.replace('@' + old, '@' + new)
-        (declared if declares else defined)[own.get(symbol, symbol)] = whole
-    return defined, declared
+            digest = sha256(value[found.end() :].encode()).hexdigest()[:_DIGITS]
+            names[symbol] = f'{_ADDRESS if hold_addresses([symbol]) else "own"}.{digest}'
+
+    def named(found: re.Match[str]) -> str:
+        own = names.get(found[1].strip('"'))
+        return found[0] if own is None else f'@"{own}"'
+
+    defined, declared = {}, {}
+    for symbol, value in values:
+        whole = _SYMBOL.sub(named, value) if names else value
+        if not value.startswith('@'):
+            whole = _GROUP.sub(lambda found: ' ' + groups[found[1]], _ASIDE.sub('', whole))
+            whole = _METADATA.sub(lambda found: '!' + nodes.number(found[1]), whole)
+        (declared if _OUTSIDE.match(value) else defined)[names.get(symbol, symbol)] = whole
+    return defined | nodes.texts, declared
+
+
+def _name(value: str) -> str:
+    found = _SYMBOL.search(value)
+    assert found is not None
+    return found[1].strip('"')
+
+
+class _Nodes:
+    """
+    Metadata of a module, numbered by their content; what is distinct, by whose it is as well.
+
+        texts : of the nodes that were asked for, with all that they name
+    """
+
+    def __init__(self, contents: dict[str, str], owner: str) -> None:
+        self.texts: dict[str, str] = {}
+        self._contents, self._owner = contents, owner
+        self._numbers: dict[str, str | None] = {}  # None: asked for, as it names itself
+
+    def number(self, old: str) -> str:
+        """Give the number of a node, by that which it has in its module."""
+        if old not in self._numbers:
+            self._numbers[old] = None
+            content = self._contents[old]
+            others = {one: self.number(one) for one in _METADATA.findall(content) if one != old}
+            named = _METADATA.sub(lambda found: f'!{others.get(found[1], "")}', content)
+            whose = f'{self._owner} {old} ' if content.startswith('distinct') else ''
+            digest = sha256((whose + named).encode()).digest()
+            number = self._numbers[old] = str(int.from_bytes(digest[:8], 'big') % _MOST)
+            named = _METADATA.sub(lambda found: f'!{others.get(found[1], number)}', content)
+            self.texts['!' + number] = f'!{number} = {named}\n'
+        known = self._numbers[old]
+        if known is None:
+            raise UnknownCode(f'{self._owner} has metadata in a circle')
+        return known
 
 
 def joined(head: str, pieces: Iterable[Piece]) -> str:
