@@ -341,8 +341,8 @@ def share_kernels(patch):
 
     None of that changes a bit (`contact/test_same_bits.py`) but two: the inverse inertia of a cube
     or ball is turned in each substep, as that of any body; and where only weight acts, and masses
-    flow or bodies are moved as told, its work is added up over substeps, not the tick, and what
-    acts is evaluated anew as a tick begins: round-off.
+    flow, bodies are moved as told or impacts are at their instants, its work is added up over
+    substeps, not the tick, and what acts is evaluated anew as a tick begins: round-off.
 
     patch : pytest's monkeypatch
     """
@@ -382,9 +382,9 @@ def share_kernels(patch):
             if {*self._types} <= USUAL_FORCES:
                 _know(self, USUAL_FORCES, scene, layout)
         elif scene.contact['mode'] == EVENT:
-            _know(self, FORCES_BESIDE_CONTACT, scene, layout)
+            _know_all(self, FORCES_BESIDE_CONTACT if self._types else (), scene, layout)
         elif self.names or _moves_as_told(scene):
-            _know_all(self, scene, layout)
+            _know_all(self, FORCES_BESIDE_CONTACT, scene, layout)
 
     def driven_bodies(parts, static):
         driven, rows = driven_by(parts, static)
@@ -507,15 +507,17 @@ def _know(elements, kinds, scene, layout):
     elements.set_turning(np.zeros((0, held_body_wrench.COLUMNS)))
 
 
-def _know_all(elements, scene, layout):
+def _know_all(elements, kinds, scene, layout):
     """
     Let what acts beside contact know forces, pivots and masses that flow, though there be none.
     """
     elements._always = True
-    elements._types = [*elements._types, *FORCES_BESIDE_CONTACT]
+    elements._types = [*elements._types, *kinds]
     elements._flows = _NoRows(elements._flows)
     elements.pivots.count = _Known(elements.pivots.count)
-    _know(elements, FORCES_BESIDE_CONTACT, scene, layout)
+    _know(elements, kinds, scene, layout)
+    if not elements._types:
+        elements.set_turning(np.zeros((0, held_body_wrench.COLUMNS)))
 
 
 class _NoRows(list):

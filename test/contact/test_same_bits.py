@@ -144,6 +144,23 @@ def test_compiled_and_plain_kernels_give_the_same_bits(how):
     assert plain == list(bits_of_contact.lines(*how))
 
 
+@pytest.mark.long
+def test_a_kernel_that_knows_nothing_but_weight_and_impacts_gives_the_bits_of_the_plain_one():
+    """Of which scenes of tests share one that knows more."""
+    first, second = (
+        subprocess.run(
+            [sys.executable, bits_of_contact.__file__, bits_of_contact.OWN],
+            env={**os.environ, 'RIGID_BODY_SIM_COMPILE': wanted, 'PYTHONPATH': ':'.join(PATHS)},
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout.splitlines()
+        for wanted in '01'
+    )
+    assert (first[0], second[0]) == ('False', 'True')
+    assert first[1:] == second[1:]
+
+
 def test_lists_that_are_too_short_grow_without_a_trace():
     sim, other = Simulation(scene(heap(6))), Simulation(scene(heap(6)))
     inside.shorten(other, pair_ids=1, manifolds=32, cache=2, rows=500)
