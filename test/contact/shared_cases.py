@@ -30,10 +30,10 @@ from rigid_body_sim.physics.model.shapes import ConvexHull
 from rigid_body_sim.physics.simulation import Simulation
 
 TICKS = 10
-# where only weight acts, and masses flow, bodies are moved as told or impacts are at their instants,
-# the shared kernel adds its work up over substeps, not the tick, and evaluates what acts anew as a
-# tick begins; and it evaluates a spring in each substep, where the kernel of the scene corrects
-# that of the last one
+# where only weight acts, and masses flow, bodies are moved as told or impacts are at their
+# instants, the shared kernel adds its work up over substeps, not the tick, and evaluates what acts
+# anew as a tick begins; and it evaluates a spring in each substep, where the kernel of the scene
+# corrects that of the last one
 ROUND_OFF = {'flows': 1e-14, 'driven': 1e-14, 'pulled': 1e-14}
 ROUND_OFF['belt'] = 3e-14  # a brick strikes it in the last tick: some more, of 2 rad/s
 ROUND_OFF['events, balls'] = 1e-13  # a blow by which one spins at 2 rad/s: 4e-14 of it

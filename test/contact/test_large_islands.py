@@ -30,7 +30,9 @@ def block(wide, high, speed):
     return Simulation(scene([ground(), *bodies], dt=0.004))
 
 
-@pytest.mark.parametrize(('wide', 'high'), [(2, 10), (4, 10), (6, 10)])
+@pytest.mark.parametrize(
+    ('wide', 'high'), [(2, 10), (4, 10), pytest.param(6, 10, marks=pytest.mark.long)]
+)
 def test_passes_grow_fewer_by_the_root_of_the_bodies_of_an_island(wide, high):
     count = wide * wide * high
     sim = block(wide, high, 3.0)

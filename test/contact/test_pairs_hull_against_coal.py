@@ -34,7 +34,7 @@ from .hull_cases import PAIRS, Oracle, collide, name, random_cases, separation
 MARGIN = 10.0  # [m] every pair is reported
 EXACT = 1e-9  # [-] relative, of distances; coal is asked for 1e-12
 ITERATED = 1e-6  # [m] what coal's depth may miss: its EPA ends at 1e-10 or where it stalls
-COUNTS = [300, pytest.param(15_000, marks=pytest.mark.long)]  # of each pair
+COUNTS = [150, pytest.param(15_000, marks=pytest.mark.long)]  # of each pair
 
 
 def radius_of_cylinders(*shapes):
@@ -95,7 +95,7 @@ def test_smallest_gap_of_the_manifold_is_the_distance_of_coal(pair, count):
     assert apart > 0.2 * count and overlapping > 0.04 * count
 
 
-@pytest.mark.parametrize('count', [100, pytest.param(2000, marks=pytest.mark.long)])
+@pytest.mark.parametrize('count', [60, pytest.param(2000, marks=pytest.mark.long)])
 @pytest.mark.parametrize('pair', [(BOX, HULL), (CYLINDER, HULL), (HULL, HULL)], ids=name)
 def test_nearest_points_and_least_overlap_are_exact(pair, count):
     """The parts below the manifold, without the gains that keep its normal steady."""

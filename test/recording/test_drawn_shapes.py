@@ -402,7 +402,7 @@ def test_a_browser_puts_each_part_where_contact_would_find_it(tab, page, instant
 MOMENTS = st.tuples(*[st.floats(0.1, 3.0)] * 3)  # squares of sizes over 6, whatever they are
 
 
-@settings(max_examples=60)
+@settings(max_examples=25)
 @given(squares=MOMENTS, turn=TURNS, mass=st.floats(0.1, 50.0), alike=st.booleans())
 def test_a_body_without_a_shape_is_drawn_as_a_solid_of_its_inertia(squares, turn, mass, alike):
     a, b, c = squares
