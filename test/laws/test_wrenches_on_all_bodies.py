@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """One call that holds wrenches on all bodies is a call for each of them, to the bit."""
 
+import sys
+
 import numpy as np
 import pytest
 
@@ -99,6 +101,34 @@ def test_numbers_of_any_kind_in_each_tick_are_those_of_doubles(kind):
         assert doubles.state_bytes() == of_kind.state_bytes() == one_by_one.state_bytes()
 
 
+@pytest.mark.parametrize('rows', [list, tuple, np.array])
+@pytest.mark.parametrize('kind', [float, int, np.float64])
+def test_rows_as_lists_are_judged_all_at_once(rows, kind):
+    """
+    The price of a list is numpy's: as many functions are called for 400 bodies as for 4.
+    """
+
+    def calls(count):
+        body = BODIES[0]
+        bodies = [
+            {**body, 'name': f'b{i}', 'initial': {'position': [i, 0, 0]}} for i in range(count)
+        ]
+        simulation = Simulation(load_scene({'name': 'many', 'dt': 0.01, 'bodies': bodies}))
+        force = [rows([kind(i), kind(2), kind(-1)]) for i in range(count)]
+        seen = []
+        for _ in range(3):  # the first finds its kernel
+            seen.clear()
+            sys.setprofile(lambda _frame, event, _arg: seen.append(event))
+            try:
+                simulation.set_wrenches(force=force)
+            finally:
+                sys.setprofile(None)
+        assert np.array_equal(simulation.applied_wrench()[0], force)
+        return len(seen)
+
+    assert calls(400) == calls(4)
+
+
 def test_it_replaces_what_it_held_and_lets_go_of_all_without_arguments():
     simulation = Simulation(SCENE)
     simulation.set_wrenches(force=FORCE, torque=TORQUE)
@@ -171,6 +201,15 @@ def test_what_is_a_number_does_not_depend_on_whether_one_body_is_asked_or_all(va
     [
         ({'force': FORCE[:3]}, r'of shape \(3, 3\); allowed: an array \(4, 3\)'),
         ({'force': FORCE.T}, r'of shape \(3, 4\)'),
+        ({'force': FORCE.T.tolist()}, r'of shape \(3, 4\)'),
+        (
+            {'force': [*FORCE.tolist()[:3], [1, 2]]},
+            r"'stone': force \[1, 2\]; .*three finite numbers",
+        ),
+        ({'force': [*FORCE.tolist()[:3], [0, 0, None]]}, r"'stone': force \[0, 0, None\]"),
+        ({'torque': [*TORQUE.tolist()[:3], [0, False, 0]]}, r"'stone': torque \[0, False, 0\]"),
+        ({'force': [[], [], [], []]}, r'\(4, 0\)|three finite numbers'),
+        ({'force': []}, r'of shape \(0,\)'),
         ({'torque': 'abc'}, "torque 'abc'"),
         ({'force': FORCE + [[0], [1], [0], [0]]}, "'wall' is fixed"),
         ({'torque': TORQUE + [[0], [0], [0], [1]]}, "'stone': torque .* on a point mass"),
