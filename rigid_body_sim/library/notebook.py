@@ -96,7 +96,7 @@ def _motion(run: RunArrays) -> RecordedMotion:
     meets = run.scene is not None and run.scene.contact.get('mode', 'none') != 'none'
     loads = {} if meets else None
     return RecordedMotion(
-        tuple(tracks), run.time[acts], loads, impacts=run.impacts, began=_began(run)
+        tuple(tracks), run.time[acts], loads, impacts=run.impacts, began=(_began(run),)
     )
 
 

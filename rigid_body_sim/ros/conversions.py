@@ -41,6 +41,7 @@ with suppress(ImportError):  # not part of common_interfaces: a small installati
     from tf2_msgs.msg import TFMessage  # type: ignore[import-not-found]
 
     MESSAGE_TYPES[cdr.TRANSFORMS] = TFMessage
+DIAGNOSTICS = 'diagnostic_msgs/msg/DiagnosticArray'
 _LEVELS = {OK: DiagnosticStatus.OK, WARN: DiagnosticStatus.WARN, ERROR: DiagnosticStatus.ERROR}
 
 
@@ -58,11 +59,22 @@ def answered(response: Response, answer: Answer) -> Response:
     return response
 
 
+def figures(array: DiagnosticArray, *, node_name: str) -> dict[str, str]:
+    """Give what `diagnostics` of a node says, by name; of others nothing."""
+    own = _status_name(node_name)
+    told = [status for status in array.status if status.name == own]
+    return {pair.key: pair.value for status in told for pair in status.values}
+
+
+def _status_name(node_name: str) -> str:
+    return f'{node_name}: simulation'
+
+
 def diagnostics(health: Health, *, node_name: str, stamp: Time) -> DiagnosticArray:
     """Give the figures of a run as one status; `stamp`: wall time."""
     status = DiagnosticStatus(
         level=_LEVELS[health.level],
-        name=f'{node_name}: simulation',
+        name=_status_name(node_name),
         message=health.message,
         hardware_id=health.scene,
         values=[KeyValue(key=key, value=value) for key, value in health.values().items()],

@@ -18,6 +18,7 @@ from rigid_body_sim.runs.kept_lines import defect_words
 
 BEHIND = 0.95  # share of the requested real-time factor below which a run is called slow
 OK, WARN, ERROR = 0, 1, 2
+SCENE_BEGAN = 'scene began [s]'  # by which `state_listener` knows of a reset
 BALANCE = ('change', 'work_of_commands', 'work_of_drives', 'dissipation', 'contact', 'defect',
            'uncertainty')  # fmt: skip
 
@@ -28,6 +29,7 @@ class Health:
     The figures of one moment.
 
     pauses               : how often it was paused, at its start too
+    scene_began          : [s] of simulated time: 0, or the last reset
     factor_asked         : real-time factor asked for; 0: as fast as possible
     factor               : reached in the last period, at least in a second
     overruns, lags       : see `Pacer`
@@ -76,6 +78,7 @@ class Health:
     unread: int = 0
     lockstep: LockstepFigures | None = None
     pauses: int = 0
+    scene_began: float = 0.0
 
     @property
     def level(self) -> int:
@@ -115,6 +118,7 @@ class Health:
         texts = {
             'tick': str(self.tick),
             'time [s]': f'{self.time:.9f}',
+            SCENE_BEGAN: f'{self.scene_began:.9f}',
             'real-time factor': f'{self.factor:.4f}',
             'real-time factor asked': f'{self.factor_asked:g}',
             'overruns': str(self.overruns),

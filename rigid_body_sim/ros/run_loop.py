@@ -509,6 +509,7 @@ class RunLoop:
             if not begun.granted:
                 self._run.add_warning(begun.message)
         self._publish_start()
+        self._next_report = 0  # at once: it tells whoever draws what depends on time
         # closing a bag waits for the disk, most of a second where both are busy: no tick's fault
         self._pacer.restart(time.monotonic_ns())
         self._say(said)
@@ -549,6 +550,7 @@ class RunLoop:
             scene=simulation.scene.name,
             tick=simulation.tick,
             time=simulation.time,
+            scene_began=simulation.time - simulation.scene_time,
             paused=self._paused or (lockstep is not None and lockstep.timed_out),
             pauses=self._pauses,
             lockstep=lockstep,

@@ -23,6 +23,7 @@ from contextlib import suppress
 from typing import NamedTuple
 
 import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.srv import GetParameters
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
@@ -33,12 +34,14 @@ from rclpy.subscription import Subscription
 
 from rigid_body_sim.errors import RunError, UserError
 from rigid_body_sim.physics.errors import InvalidModel
+from rigid_body_sim.physics.forces.acting_elements import is_timed
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.every_body import ARRAYS, BodyArray, arrays_of
 from rigid_body_sim.recording.topic_names import own_by_kind
 from rigid_body_sim.ros import conversions
 from rigid_body_sim.ros.domain import check_domain
+from rigid_body_sim.ros.health import SCENE_BEGAN
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.stop_signals import STOP, say
 from rigid_body_sim.view.growing_motion import KINDS, GrowingMotion, tells_motion
@@ -94,6 +97,7 @@ class StateListener:
         self._executor.add_node(self._node)
         self._motion = GrowingMotion((), ())
         self._subscriptions: list[Subscription] = []
+        self._health_topic = ''  # on which the node that has the scene tells of resets
         self._source = ''  # a topic of poses that is listened to, and who publishes it
         self._endpoints: set[bytes] = set()
         self._checked = 0.0
@@ -176,10 +180,24 @@ class StateListener:
             )
             for wire, own in names.items()
         ]
+        if self._health_topic:
+            self._subscriptions.append(
+                self._node.create_subscription(
+                    DiagnosticArray, self._health_topic, self._take_health, QoSProfile(depth=DEPTH)
+                )
+            )
         self._source = next(
             wire for wire, own in names.items() if _is_pose(own) or _leaf(own) == 'poses'
         )
         self._endpoints = self._endpoints_of(self._source)
+
+    def _take_health(self, told: DiagnosticArray) -> None:
+        """Note when the scene began, where something in it depends on time."""
+        figures = conversions.figures(told, node_name=self.about.lstrip('/'))
+        with suppress(KeyError, ValueError):
+            began, known = float(figures[SCENE_BEGAN]), self._motion.began
+            if not known or began > known[-1]:
+                self._motion.began = (*known, began)
 
     def _arrays_among(self, names: dict[str, str]) -> dict[str, BodyArray]:
         """Find the arrays that hold bodies without topics of their own."""
@@ -231,7 +249,7 @@ class StateListener:
 
     def _chosen(self, found: dict[_Publisher, Wires]) -> dict[str, str]:
         """Topics, wire -> own, of the node that has a scene, else of one namespace."""
-        self.scene, self.about = None, next(iter(found)).path
+        self.scene, self.about, self._health_topic = None, next(iter(found)).path, ''
         for node, wires in found.items():
             STOP.check(lambda: 'before a node told its scene')
             name = self._scene_of(node)
@@ -241,6 +259,8 @@ class StateListener:
             with suppress(UserError, RunError, InvalidModel, OSError):
                 self.scene = load_scene(name)
                 self.title = self.scene.name
+            if self.scene is not None and is_timed(self.scene):
+                self._health_topic = self._health_topic_of(node)
             bodies = [] if self.scene is None else [body.name for body in self.scene.bodies]
             names, lost = own_by_kind(wires, bodies, namespace=node.namespace, kinds=KINDS)
             if lost:
@@ -259,6 +279,11 @@ class StateListener:
             raise RunError(self._nobody())
         wanted = self._namespace if self._namespace in spaces else min(spaces)
         return {wire: wire for wire in sorted(told) if _space(wire) == wanted}
+
+    def _health_topic_of(self, node: _Publisher) -> str:
+        """Where a node publishes its diagnostics; empty: nowhere."""
+        told = self._published().get(node, {})
+        return next((wire for wire, kind in told.items() if kind == conversions.DIAGNOSTICS), '')
 
     def _nobody(self) -> str:
         """Say what is missing."""

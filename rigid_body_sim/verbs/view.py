@@ -159,7 +159,7 @@ def _draw(arguments: argparse.Namespace) -> int:
     source = files.pop(SCENE, None)
     scene = None if source is None else load_scene(source, files=files)
     if scene is not None:
-        motion = replace(motion, began=scene_began(bag, scene) / 1e9)
+        motion = replace(motion, began=(scene_began(bag, scene) / 1e9,))
     energy = None if scene is None else energy_history(scene, motion, ending=bag.ending)
     title, about = bag.path.name if scene is None else scene.name, _about(bag)
     if arguments.output.suffix == '.png':

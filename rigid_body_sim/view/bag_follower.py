@@ -18,6 +18,7 @@ from __future__ import annotations
 import os
 import struct
 import time
+from dataclasses import replace
 from pathlib import Path
 from struct import Struct
 from typing import BinaryIO
@@ -25,6 +26,7 @@ from typing import BinaryIO
 from mcap.exceptions import McapError
 from mcap.records import Attachment, Channel, Metadata, Schema
 
+from rigid_body_sim.analysis.scene_begin import began_of
 from rigid_body_sim.errors import RunError, UserError
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.recording import bag_files, mcap_file, mcap_scan
@@ -97,8 +99,7 @@ class BagFollower:
             if self._file() is not None:
                 first = self._look(MOST_AT_FIRST, FIRST_LOOK)
                 if first is not None:
-                    self._learn_scene()
-                    return first
+                    return self._with_scene(first)
             if self.ended and self._motion is None:
                 raise self._without_poses()
             STOP.check(lambda: f'before {self.path} had a state of a body')
@@ -142,9 +143,7 @@ class BagFollower:
         is_new = self._motion is None
         limits = (MOST_AT_FIRST, FIRST_LOOK) if is_new else (MOST_AT_ONCE, LATER_LOOK)
         block = self._look(*limits)
-        if is_new and block is not None:
-            self._learn_scene()
-        return block
+        return self._with_scene(block) if is_new and block is not None else block
 
     def _miss(self) -> None:
         """Wait for another run where the file went before it was whole; RunError: none came."""
@@ -304,12 +303,18 @@ class BagFollower:
             f'{KINDS["pose"]} on topics that end in /pose'
         )
 
-    def _learn_scene(self) -> None:
+    def _with_scene(self, first: RecordedMotion) -> RecordedMotion:
+        """Read the scene, and tell when it began."""
         source = self._files.pop(SCENE, None)
         if source is not None:
             self.scene = load_scene(source, files=self._files)
             self.title = self.scene.name
+        assert self._motion is not None
+        self._motion.began = (0.0,)
+        if self.scene is not None and self._is_ours:
+            self._motion.began = (began_of(self._files, self.scene, path=self.path) / 1e9,)
         self._files = {}
+        return replace(first, began=self._motion.began)
 
 
 def _about(manifest: dict[str, str]) -> str:

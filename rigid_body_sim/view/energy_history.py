@@ -130,13 +130,16 @@ def energies_of(scene: Scene, motion: RecordedMotion, time: Array) -> tuple[Arra
     Kinetic and potential energy (k,) [J] of a run that goes on, at some of its instants.
 
     None where a body is missing, poses and twists do not come together, or masses and inertias
-    change: nobody knows when such a run was last reset.
+    change and nobody knows when the run was last reset.
     """
     tracks = {track.name: track for track in motion.tracks}
     whole = motion.tracks[0].time
     if not all(body.fixed or body.name in tracks for body in scene.bodies):
         return None
-    if any(flow_of(body) or body.mass_flow or body.inertia_over_time for body in scene.bodies):
+    changes = any(
+        flow_of(body) or body.mass_flow or body.inertia_over_time for body in scene.bodies
+    )
+    if changes and not motion.begin_is_known:
         return None
     for track in tracks.values():
         if not (np.array_equal(track.time, whole) and np.array_equal(track.twist_time, whole)):
@@ -146,7 +149,7 @@ def energies_of(scene: Scene, motion: RecordedMotion, time: Array) -> tuple[Arra
     at_once = max(1, MOST_NUMBERS // (COLUMNS * len(scene.bodies)))
     for first in range(0, len(time), at_once):
         part = time[first : first + at_once]
-        states = _states(scene, tracks, part, part)
+        states = _states(scene, tracks, part, motion.passed(part))
         for k, state in enumerate(states, first):
             kinetic[k] = invariants.kinetic_energy(state)
             potential[k] = invariants.potential_energy(state)

@@ -66,6 +66,7 @@ class GrowingMotion:
              their poses are among `poses`
     late   : whether contacts may come behind the states of their tick
     run    : how often the run that was heard has begun anew
+    began  : [s] when its scene began, as far as somebody knows: see `RecordedMotion`
     """
 
     def __init__(
@@ -86,7 +87,7 @@ class GrowingMotion:
         self._tells_contacts = any(name.endswith(f'/{CONTACTS}') for name in others)
         self._late = late and self._tells_contacts
         self._tells_impacts = any(name.endswith(f'/{IMPACTS}') for name in others)
-        self.run = -1
+        self.run, self.began = -1, ()
         self._begin()
 
     def _begin(self) -> None:
@@ -152,6 +153,7 @@ class GrowingMotion:
             np.empty(0),
             touching=touching if self._tells_contacts else None,
             impacts=struck if self._tells_impacts else None,
+            began=self.began,
         )
 
     def _opened(self, found: dict[str, bytes]) -> dict[str, bytes]:
@@ -196,6 +198,7 @@ def joined(blocks: Iterable[RecordedMotion]) -> RecordedMotion:
         impacts=None
         if blocks[0].impacts is None
         else impacts.joined([block.impacts for block in blocks if block.impacts is not None]),
+        began=blocks[-1].began,
     )
 
 
@@ -221,6 +224,7 @@ def thinned(motion: RecordedMotion, most: int) -> RecordedMotion:
         motion.command_time,
         touching=None if touching is None else tuple(touching[k] for k in kept),
         impacts=None if struck is None else impacts.hardest(struck, most),
+        began=motion.began,
     )
 
 

@@ -27,6 +27,7 @@ from typing import Any, Protocol
 from urllib.parse import parse_qs, urlsplit
 
 from rigid_body_sim.errors import RunError, UserError
+from rigid_body_sim.physics.forces.acting_elements import is_timed
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.stop_signals import STOP, Stopped
 from rigid_body_sim.view.drawn_part import drawn_part, until_beyond
@@ -39,6 +40,7 @@ LOOPBACK = '127.0.0.1'
 LOOK = 0.1  # [s] between looks at what has come
 ALIVE = 5.0  # [s] between signs of life to a browser, which show that it has gone
 MOST_BYTES = 1 << 26  # [byte] of motion that are kept: of more, older blocks are thinned
+UNKNOWN_BEGIN = 'nobody tells of a reset: forces over time count from t = 0'
 YOUNGEST = 20  # blocks that stay as they came: 2 s, by which a browser may be behind
 
 
@@ -89,12 +91,16 @@ class LiveRun:
         """Begin a run with its first block."""
         block = drawn_part(block, name=self.source.title)
         self._beyond = block.beyond
-        self.name = secrets.token_hex(8)
         self._run = self.source.run
         self._blocks = [block]
         self._numbers = [1]  # of the last that came of what is in each block
         self.size = size_of(block)
-        _, self._look = live_page(block, self.source.scene, title='')
+        self._renew()
+
+    def _renew(self) -> None:
+        """Let every page that is open load itself anew."""
+        self.name = secrets.token_hex(8)
+        _, self._look = live_page(joined(self._blocks), self.source.scene, title='')
 
     def look(self) -> None:
         """Take what has come."""
@@ -117,11 +123,14 @@ class LiveRun:
         self._beyond = block.beyond
         if not all(len(track.time) for track in block.tracks):
             return
+        was_known = block.began == self._blocks[-1].began
         self._blocks.append(block)
         self._numbers.append(self._numbers[-1] + 1)
         self.size += size_of(block)
         if self.size > MOST_BYTES and len(self._blocks) > 2 * YOUNGEST:
             self._thin()
+        if not was_known:  # instants that went out since the reset counted from before it
+            self._renew()
 
     def _thin(self) -> None:
         """Make one block of the older ones, with as many instants as half of the room takes."""
@@ -144,9 +153,12 @@ class LiveRun:
             blocks, told, name = list(self._blocks), self._numbers[-1], self.name
             source, beyond = self.source, self._beyond
             scene, title = source.scene, source.title
-            about = ' · '.join(filter(None, (source.about, 'live')))
+            motion = replace(joined(blocks), beyond=beyond)
+            is_told = scene is None or not is_timed(scene) or motion.begin_is_known
+            note = '' if is_told else UNKNOWN_BEGIN
+            about = ' · '.join(filter(None, (source.about, note, 'live')))
         page, _ = live_page(
-            replace(joined(blocks), beyond=beyond),
+            motion,
             scene,
             title=title,
             about=about,

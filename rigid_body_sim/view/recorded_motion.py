@@ -95,8 +95,9 @@ class RecordedMotion:
     impacts      : at their instants; None: no topic tells them
     beyond       : [s] first instant that is left out as nothing can draw it (`drawn_part`); None:
                    it is whole
-    began        : [s] when the scene began, see `analysis.scene_begin`; 0 of a run that goes on,
-                   of which nobody knows it
+    began        : (b,) [s] when the scene began, ascending: at t = 0 or at the reset before (see
+                   `analysis.scene_begin`), and of a run that goes on at each reset since; of
+                   earlier instants nobody knows it, and time counts from t = 0
     """
 
     tracks: tuple[Track, ...]
@@ -105,11 +106,21 @@ class RecordedMotion:
     touching: tuple[Mapping[str, Array], ...] | None = None
     impacts: Impacts | None = None
     beyond: float | None = None
-    began: float = 0.0
+    began: tuple[float, ...] = (0.0,)
 
     def passed(self, time: Array) -> Array:
         """Give instants [s], which are whole nanoseconds, since the scene began."""
-        return np.round((time - self.began) * 1e9) / 1e9 if self.began else time
+        if not any(self.began):
+            return time
+        began = np.array((0.0, *self.began))
+        last = np.searchsorted(began, time, side='right') - 1
+        return np.round((time - began[np.maximum(last, 0)]) * 1e9) / 1e9
+
+    @property
+    def begin_is_known(self) -> bool:
+        """Whether somebody told when the scene of the first instant began."""
+        first = min(track.time[0] for track in self.tracks)
+        return bool(self.began) and self.began[0] <= first
 
 
 def read_motion(bag: Bag, *, samples: int) -> RecordedMotion:

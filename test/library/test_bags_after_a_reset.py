@@ -13,6 +13,8 @@ from rigid_body_sim.__main__ import main
 from rigid_body_sim.library.notebook import page_of_run
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.bag_reader import Bag
+from rigid_body_sim.view import live_server
+from rigid_body_sim.view.bag_follower import BagFollower
 from rigid_body_sim.view.energy_history import energy_history
 
 from ..pages import PageOf
@@ -97,3 +99,22 @@ def test_energies_momenta_and_drawn_drives_are_the_same(bags, tmp_path, monkeypa
             np.testing.assert_allclose(
                 page.series(name), pages[0].series(name), rtol=1e-6, atol=1e-6, err_msg=name
             )
+
+
+def test_the_page_that_follows_a_bag_draws_the_same(bags, tmp_path):
+    pages = []
+    for bag in bags:
+        run = live_server.LiveRun(BagFollower(bag))
+        while not run.ended:
+            run.look()
+        page = tmp_path / f'{bag.name}.html'
+        page.write_text(run.page())
+        pages.append(PageOf(page))
+    first, again = pages
+    assert {'arrows_0', 'angular_momentum', 'total'} <= set(first['series'])
+    assert np.any(first.series('arrows_0'))
+    for name in first['series'].keys() - {'time'}:
+        # in single precision
+        np.testing.assert_allclose(
+            again.series(name), first.series(name), rtol=1e-6, atol=1e-6, err_msg=name
+        )

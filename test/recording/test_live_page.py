@@ -15,6 +15,7 @@ import subprocess
 import sys
 import threading
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -532,6 +533,36 @@ def test_what_is_kept_for_browsers_is_bounded_and_its_older_instants_are_thinned
     assert np.all(steps[-25:] == 1.0) and steps.max() < 100.0  # evenly
     assert run.after(run.name, record['live']['told'] - 1)[1] is not None
     assert run.after(run.name, 30) is None  # those after it are apart no more
+
+
+PUSHED = {
+    'dt': 0.01,
+    'bodies': [{'name': 'ball', 'shape': {'type': 'sphere', 'radius': 0.1}, 'mass': 1,
+                'mass_rate': -0.01, 'final_mass': 0.5}],
+    'forces': [{'type': 'time', 'body': 'ball', 'table': [[0, 0, 0, 0], [100, 100, 0, 0]]}],
+}  # fmt: skip
+
+
+def test_forces_over_time_count_from_the_last_reset_as_soon_as_somebody_tells_of_it():
+    """
+    A force of as many newtons as seconds have passed; the news of a reset comes behind its states.
+    Whoever has a page with other forces loads it anew.
+    """
+    source = Told(replace(moving(0, 1, 2), began=()))
+    source.scene = load_scene(PUSHED)
+    run = live_server.LiveRun(source)
+    assert live_server.UNKNOWN_BEGIN in run.page()
+    begins = [(), (0.0,), (0.0,), (0.0, 7.0), (0.0, 7.0)]
+    for k, began in enumerate(begins, start=1):
+        name, told = run.name, 2
+        source.coming.append(replace(moving(*range(3 * k, 3 * k + 3)), began=began))
+        run.look()
+        assert (run.after(name, told) is None) is (k in (2, 4))
+    assert live_server.UNKNOWN_BEGIN not in run.page()
+    record, numbers = unpacked(run.page())
+    assert {'kinetic', 'potential'} <= set(record['series'])
+    drive = array_of(record['series']['arrows_0'], numbers).reshape(-1, 3)
+    assert drive[:, 0].tolist() == [0, 1, 2, 3, 4, 5, 6, *range(11)]
 
 
 def test_a_motion_with_fewer_instants_has_the_largest_of_its_wrenches():

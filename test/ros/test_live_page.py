@@ -5,6 +5,7 @@ The live page of a running node: what it publishes arrives, in scene order, with
 """
 
 import json
+import re
 import signal
 import subprocess
 import sys
@@ -23,9 +24,11 @@ from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.ros import state_listener
 from rigid_body_sim.ros.state_listener import StateListener
 from rigid_body_sim.scene import load_scene
+from rigid_body_sim.view import live_server
 from rigid_body_sim.view.bag_follower import BagFollower
 from rigid_body_sim.view.growing_motion import joined
 from rigid_body_sim.view.page_record import page_record
+from rigid_body_sim.view.playback_page import unpacked
 
 from ..pages import array_of
 from ..patience import PATIENCE
@@ -185,6 +188,51 @@ contact: {mode: event}
 bodies:
   - {name: ground, shape: {type: plane, normal: [0, 0, 1]}, restitution: 1}
   - {name: ball, shape: {type: sphere, radius: 0.1}, mass: 2, initial: {position: [0, 0, 0.15]}}
+"""
+
+
+def test_forces_over_time_count_from_the_reset_of_a_node(start_node, meet, tmp_path):
+    """
+    A force of as many newtons as seconds have passed. Also who comes after the reset sees it so.
+    """
+    path = tmp_path / 'pushed.yaml'
+    path.write_text(PUSHED)
+    node = start_node(scene=path, diagnostics_period=0.5)
+    peer = meet(node)
+    peer.be_known()
+
+    def drawn(run):
+        record, numbers = unpacked(run.page())
+        time, force = (array_of(record['series'][n], numbers) for n in ('time', 'arrows_0'))
+        return time, force.reshape(-1, 3)[:, 0]
+
+    def look(run, until):
+        deadline = time.monotonic() + PATIENCE
+        while not until(*drawn(run)):
+            assert time.monotonic() < deadline
+            run.look()
+
+    with StateListener(node.namespace) as listener:
+        run = live_server.LiveRun(listener)
+        look(run, lambda _, force: live_server.UNKNOWN_BEGIN not in run.page())
+        answer = peer.trigger('reset')
+        reset = float(re.search(r'([0-9.]+) s', answer.message)[1])
+        look(run, lambda instants, force: instants[-1] > reset + 0.5 and force[-1] < 1.0)
+        instants, force = drawn(run)
+    expected = np.where(instants < reset, instants, instants - reset)
+    # single precision of some seconds
+    assert np.allclose(force, expected, rtol=0, atol=1e-5) and np.any(instants < reset)
+    with StateListener(node.namespace) as listener:
+        run = live_server.LiveRun(listener)
+        look(run, lambda _, force: live_server.UNKNOWN_BEGIN not in run.page())
+        instants, force = drawn(run)
+    assert np.allclose(force, instants - reset, rtol=0, atol=1e-5)
+
+
+PUSHED = """
+dt: 0.01
+bodies: [{name: ball, shape: {type: sphere, radius: 0.1}, mass: 1}]
+forces: [{type: time, body: ball, table: [[0, 0, 0, 0], [1000, 1000, 0, 0]]}]
 """
 
 
