@@ -387,10 +387,7 @@ class WorldArrays:
         )
 
     def forget(self) -> None:
-        """
-        Begin anew but for the cache: the last tick was broken off anywhere, in a piece of it, or
-        between the growth of a list and the word of it.
-        """
+        """Begin anew but for the cache: the last tick was broken off anywhere, or in a piece."""
         self.counts[tick_counts.PIECE] = self.counts[tick_counts.FINE] = 0
         self.counts[tick_counts.CUTTING] = tick_counts.ASKS_FOR_CUTS
         self.counts[tick_counts.INSTANT] = tick_counts.NOTHING
@@ -399,7 +396,6 @@ class WorldArrays:
         self.neighbours[neighbour_list.AGE] = neighbour_list.NO_LIST
         for scratch in (self.colours, self.touching, self.marks, self.saved, self.open_batches):
             scratch[:] = 0
-        self.pack()
 
     def grow(self) -> None:
         """Double the list that was too short; nothing else in it is needed but the cache."""

@@ -127,6 +127,7 @@ class WorldMemory:
         self._readout.put_depth(depth)
         self._readout.return_to(found)
         self._arrays.forget()
+        self._arrays.pack()  # a list may have grown without a word of it, in what was broken off
         if self._sleepers is not None:
             self._sleepers.return_to(sleepers)
         self._restart_from(cache)

@@ -196,7 +196,7 @@ def _largest_moment(body: Body) -> float:
     """No moment of inertia of a rigid body is larger at any time [kg m^2]."""
     if body.inertia_over_time is not None:
         return max(max(row[1:]) for row in body.inertia_over_time.table)
-    return sum(np.diag(inertia_of(body)).tolist())
+    return sum(inertia_of(body).diagonal().tolist())
 
 
 def _check_pivot(body: Body, asked: Placement, attitude: Array, spin: Array) -> None:

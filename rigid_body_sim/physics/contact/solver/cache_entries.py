@@ -54,7 +54,9 @@ def without_pairs_of(cache: Array, colliders: Indices, count: int) -> Array:
     """
     starts, sizes = entries(cache)
     pairs = cache[starts + cache_record.PAIR_ID].astype(np.int64)
-    others = ~(np.isin(pairs // count, colliders) | np.isin(pairs % count, colliders))
+    is_own = np.zeros(count, dtype=np.bool_)
+    is_own[colliders] = True
+    others = ~(is_own[pairs // count] | is_own[pairs % count])
     substep = float(cache[cache_record.SUBSTEP])
     return cache_of(cache, substep, np.flatnonzero(others), starts, sizes)
 
