@@ -1,34 +1,41 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-What a pair has held: the features of its points in the last tick, a row for each pair.
+What a pair has held: the features of its points in the last tick, and by which impulses they
+pressed, a row for each pair.
 
-Faces of many corners touch in up to four of them (`geometry.manifold_reduction`); which, depends
-on those of the last tick, so that they stay the same while a body trembles. The impulse cache
-keeps them from tick to tick, so they are part of the state.
+Faces of many corners touch in up to four of them (`geometry.manifold_reduction`), and round ends
+in four of their rim (`geometry.cylinders.rim`); which, depends on those of the last tick, so that
+they stay the same while a body trembles. The impulse cache keeps them from tick to tick, so they
+are part of the state.
 """
 
 from __future__ import annotations
 
 from rigid_body_sim.physics.arrays import Array, Record
 from rigid_body_sim.physics.compile.kernels import inline
-from rigid_body_sim.physics.contact.collision.collider import BOX, HULL, PLANE
+from rigid_body_sim.physics.contact.collision.collider import BOX, CYLINDER, HULL, PLANE
 from rigid_body_sim.physics.contact.collision.geometry import manifold
 
 held = Record()
 COUNT = held.number('-', 'points of the last tick; 0: the pair was not near')
 FEATURES = held.numbers(manifold.MOST, '-', 'which parts of the shapes touched')
+IMPULSES = held.numbers(manifold.MOST, 'N s', 'by which they pressed, of the last substep')
 SIZE = held.size
 
 # types of pairs of which some of many points are kept
-KINDS = frozenset({(BOX, BOX), (BOX, HULL), (HULL, HULL), (HULL, PLANE)})
+OF_FACES = {(BOX, BOX), (BOX, HULL), (HULL, HULL), (HULL, PLANE)}
+OF_RIMS = {(BOX, CYLINDER), (CYLINDER, HULL), (CYLINDER, PLANE)}
+KINDS = frozenset(OF_FACES | OF_RIMS)
 
 
 @inline
 def _keeps(type_a: int, type_b: int) -> bool:
     """Tell whether a pair is of KINDS: others choose anew, whatever else a scene holds."""
     of_faces = (type_a == BOX or type_a == HULL) and (type_b == BOX or type_b == HULL)
-    return of_faces or (type_a == HULL and type_b == PLANE)
+    of_rims = type_a == CYLINDER and (type_b == HULL or type_b == PLANE)
+    of_rims = of_rims or (type_a == BOX and type_b == CYLINDER)
+    return of_faces or of_rims or (type_a == HULL and type_b == PLANE)
 
 
 @inline
@@ -39,3 +46,4 @@ def tell(index: int, type_a: int, type_b: int, rows: Array, found: Array) -> Non
     found[manifold.HELD_COUNT] = float(count)
     for point in range(count):
         found[manifold.HELD + point] = rows[index * SIZE + FEATURES + point]
+        found[manifold.HELD_IMPULSES + point] = rows[index * SIZE + IMPULSES + point]

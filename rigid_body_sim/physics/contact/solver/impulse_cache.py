@@ -230,8 +230,8 @@ def find_recycled(pairs: int, pair_ids: Indices, cache: Array, places: Indices) 
 @kernel
 def find_held(pairs: int, pair_ids: Indices, cache: Array, held: Array) -> None:
     """
-    Find the features of the points that each pair had in the last tick; held: see
-    `collision.held_features`.
+    Find the features of the points that each pair had in the last tick, and their impulses; held:
+    see `collision.held_features`.
     """
     left = int(cache[cache_record.MANIFOLDS])
     old = cache_record.HEAD
@@ -246,6 +246,8 @@ def find_held(pairs: int, pair_ids: Indices, cache: Array, held: Array) -> None:
         for point in range(count):
             place = old + cache_record.MANIFOLD_HEAD + point * cache_record.POINT_SIZE
             held[row + held_features.FEATURES + point] = cache[place + cache_record.FEATURE]
+            pressed = cache[place + cache_record.NORMAL_IMPULSE]
+            held[row + held_features.IMPULSES + point] = pressed
 
 
 @kernel

@@ -25,6 +25,7 @@ from rigid_body_sim.physics.contact.collision.geometry.cylinders.rim_on_edge imp
 from rigid_body_sim.physics.contact.collision.geometry.cylinders.turned_prism import (
     collide_prisms,
 )
+from rigid_body_sim.physics.contact.collision.geometry.manifold import HELD_COUNT
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.cores import collide_core
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records import PRISM, Hull
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.over_face import (
@@ -54,6 +55,7 @@ def collide(
         return cylinder_plane.on_plane(
             parameters, shape_a, poses, pose_a, out, offset, margin, found
         )
+    found[HELD_COUNT] = 0.0  # a turned prism has other corners in each tick
     count = collide_core(
         radius, half_length, parameters, shape_b, poses, pose_a, pose_b, margin, found
     )
