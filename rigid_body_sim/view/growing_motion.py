@@ -87,7 +87,8 @@ class GrowingMotion:
         self._tells_contacts = any(name.endswith(f'/{CONTACTS}') for name in others)
         self._late = late and self._tells_contacts
         self._tells_impacts = any(name.endswith(f'/{IMPACTS}') for name in others)
-        self.run, self.began = -1, ()
+        self.run = -1
+        self.began: tuple[float, ...] = ()
         self._begin()
 
     def _begin(self) -> None:
