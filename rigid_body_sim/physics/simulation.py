@@ -273,7 +273,12 @@ class Simulation:
 
     @property
     def scene_time(self) -> float:
-        """Time since the start of the scene, or since the last reset [s]."""
+        """
+        Time since the start of the scene, or since the last reset [s].
+
+        A `restore` brings it back where the scene has something that depends on it; where nothing
+        does, it counts from tick 0 again. A copy, a pickle and a checkpoint always keep it.
+        """
         return (self._stepper.tick * self._dt_ns - self._start_ns) * 1e-9
 
     @property
@@ -1174,6 +1179,11 @@ class Simulation:
         """Split what follows the motion in a state into what is remembered and the start [ns]."""
         start = 0
         if self._stepper.is_timed:
+            if len(rest) < 8:
+                raise InvalidModel(
+                    'restore: a state that does not tell when its scene began, on which what acts '
+                    'here depends; give the whole of what `state_bytes` gave'
+                )
             rest, start = rest[:-8], int.from_bytes(rest[-8:], 'little', signed=True)
         elif rest[-16:-8] == START_MARK:
             rest, start = rest[:-16], int.from_bytes(rest[-8:], 'little', signed=True)

@@ -285,6 +285,17 @@ def test_a_state_that_is_none_is_refused_and_all_stays(
     assert simulation.state_bytes() == before and simulation.tick == 3
 
 
+def test_a_state_that_tells_no_start_is_refused_where_forces_depend_on_time() -> None:
+    acts = FORCES['time'](body='b', table=((0.001, 0.0, 0.0, 0.0), (0.004, 1.0, 0.0, 0.0)))
+    simulation = Simulation(replace(SCENE, forces=(acts,)))
+    simulation.step(3)
+    simulation.reset()
+    before = simulation.state_bytes()
+    with pytest.raises(InvalidModel, match='does not tell when its scene began'):
+        simulation.restore(tick=7, state=before[:-8], slots={})
+    assert simulation.state_bytes() == before and simulation.tick == 3
+
+
 def test_a_state_later_than_time_is_counted_is_refused_and_all_stays() -> None:
     simulation = Simulation(SCENE)
     last = 2**63 // simulation.dt_ns  # time is counted in 64 bits of nanoseconds
