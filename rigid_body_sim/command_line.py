@@ -17,6 +17,26 @@ class Paragraphs(argparse.HelpFormatter):
         return '\n\n'.join(fill(each, width, indent) for each in text.strip().split('\n\n'))
 
 
+def decimal(word: str) -> float:
+    """Read a number as a scene has it; infinity and NaN are words that a verb refuses itself."""
+    if word.strip().lstrip('+-').lower() not in ('inf', 'infinity', 'nan'):
+        _check_digits(word)
+    return float(word)
+
+
+def whole(word: str) -> int:
+    """Read a whole number as a scene has it."""
+    _check_digits(word)
+    return int(word)
+
+
+def _check_digits(word: str) -> None:
+    from rigid_body_sim.scene import numerals  # only for who gives a number
+
+    if numerals.decimal(word.strip()) is None:
+        raise argparse.ArgumentTypeError(f'{word!r} is no number{numerals.cure(word.strip())}')
+
+
 class CommandLine(argparse.ArgumentParser):
     """
     A parser that asks about options and choices that there are none of before anything else: what
@@ -25,6 +45,8 @@ class CommandLine(argparse.ArgumentParser):
 
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **{'formatter_class': Paragraphs, **options})
+        self.register('type', float, decimal)
+        self.register('type', int, whole)
 
     def parse_known_args(  # pyright: ignore[reportIncompatibleMethodOverride]  # overloads
         self, args: Any = None, namespace: Any = None

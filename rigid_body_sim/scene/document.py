@@ -78,6 +78,18 @@ class Document:
             node = child
         return None if node is None else node.start_mark.line + 1
 
+    def written(self, path: Path, key: object) -> str | None:
+        """Return how a key that means no text, such as `yes`, is written in a mapping there."""
+        node = None if self.text is None else _composed(self.text)
+        for step in path:
+            node = _child(node, step)
+        for key_node, _ in node.value if isinstance(node, yaml.MappingNode) else ():
+            construct = _PLAIN.get(key_node.tag)
+            meant = construct(key_node.value) if construct is not None else _NotPlain
+            if meant.__class__ is key.__class__ and meant == key:
+                return key_node.value
+        return None
+
 
 def read(text: bytes, *, name: str, with_lines: bool = True) -> Document:
     """Parse YAML bytes."""

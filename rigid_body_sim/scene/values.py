@@ -191,7 +191,10 @@ class Value:
         """
         for key in self.content:
             if key not in known and not (ignored and str(key).startswith(ignored)):
-                word = key if isinstance(key, str) and key.isprintable() else shown(key)
+                if not isinstance(key, str):
+                    word = self.document.written(self.path, key) or shown(key)
+                else:
+                    word = key if key.isprintable() else shown(key)
                 place = Value(None, self.document, self, word)
                 raise place.error(f'unknown key{choose_from(word, known)}')
 

@@ -26,6 +26,7 @@ from rigid_body_sim.analysis.scene_facts import (
     moment_of,
     needs_of,
 )
+from rigid_body_sim.command_line import decimal
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.diagnostics.numerical_damping import NumericalDamping
 from rigid_body_sim.physics.diagnostics.step_limits import StabilityWatch
@@ -143,9 +144,9 @@ def _as_numbers(damping: NumericalDamping) -> dict[str, Any]:
 
 def _numbers(words: list[str]) -> list[float]:
     try:
-        return [float(word) for word in words]
-    except ValueError as error:
-        raise UserError(f'--axis {" ".join(words)!r}: three numbers are needed') from error
+        return [decimal(word) for word in words]
+    except argparse.ArgumentTypeError as error:
+        raise UserError(f'--axis: {error}; three numbers are needed') from error
 
 
 def _lines(scene: Scene, facts: dict[str, Any]) -> Iterator[str]:

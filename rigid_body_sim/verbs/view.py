@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rigid_body_sim.analysis.scene_begin import scene_began
+from rigid_body_sim.command_line import whole
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.errors import choose_from
 from rigid_body_sim.recording.bag_reader import Bag
@@ -217,7 +218,7 @@ def _png(figure: Figure) -> bytes:
 def _size(text: str) -> tuple[int, int]:
     """Read 960x600."""
     width, _, height = text.partition('x')
-    return int(width), int(height)
+    return whole(width), whole(height)
 
 
 def _film(page: str, output: Path, settings: FilmSettings, motion: RecordedMotion) -> bytes:

@@ -18,6 +18,7 @@ from threading import Barrier
 import pytest
 
 from rigid_body_sim.__main__ import VERBS, main
+from rigid_body_sim.command_line import decimal
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.recording.mcap_file import McapFile
@@ -52,6 +53,30 @@ def refused(words, capsys):
 )
 def test_a_misspelt_word_is_named_with_the_nearest_there_is(words, said, capsys):
     assert said in refused(words.split(), capsys)
+
+
+@pytest.mark.parametrize('number', ['1_0', '010', '0x10', '1:30', '１０', 'ten'])
+@pytest.mark.parametrize(
+    'words', ['simulate box -o b --duration', 'warm_up box --jobs', 'view b --port', 'inspect box']
+)
+def test_a_number_is_one_where_a_scene_has_it_as_one(words, number, capsys):
+    words = words.split()
+    words += ['--axis', 'box', '0', number, '1'] if words == ['inspect', 'box'] else [number]
+    if words[0] == 'inspect':
+        words[1] = str(find_scene('tumbling_box'))
+        assert main(words) == 2
+    else:
+        with pytest.raises(SystemExit) as stopped:
+            main(words)
+        assert stopped.value.code == 2
+    out, err = capsys.readouterr()
+    assert out == '' and f"'{number}' is no number" in err
+    assert ('in decimal without leading zeros' in err) == (number[0] in '01')
+
+
+@pytest.mark.parametrize('number', ['10', '+10', '1e1', '10.', ' 10'])
+def test_a_number_may_have_every_form_that_a_scene_allows(number):
+    assert decimal(number) == 10.0
 
 
 @pytest.mark.parametrize('verb', sorted(VERBS.keys() - set(NODE_VERBS)))

@@ -310,6 +310,17 @@ def test_capitals_are_a_slip_as_others_are() -> None:
     )
 
 
+@pytest.mark.parametrize('key', ['yes', 'Off', '~', 'null', '1.50', '2026-01-02', '0x10', '7'])
+def test_a_key_that_means_no_text_is_named_as_it_is_written_with_its_line(key: str) -> None:
+    text = f'dt: 0.01\nname: t\n{key}: 1\n'.encode()
+    message = refusal(text)
+    assert message.startswith(f'scene: {key}: unknown key; ') and message.endswith('(line 3)')
+    nested = b'dt: 0.01\nbodies:\n- name: a\n  mass: 1\n  ' + key.encode() + b': 1\n'
+    message = refusal(nested)
+    assert message.startswith(f'scene: bodies[0].{key}: unknown key; ')
+    assert message.endswith('(line 5)')
+
+
 def test_a_key_that_begins_with_x_holds_what_bodies_have_in_common() -> None:
     assert [each.mass for each in load_scene(ANCHORED).bodies] == [2.0, 3.0]
     message = refusal(ANCHORED.replace(b'x-ball', b'y-ball'))
