@@ -48,7 +48,8 @@ from rigid_body_sim.view.growing_motion import KINDS, GrowingMotion, tells_motio
 from rigid_body_sim.view.recorded_motion import RecordedMotion
 
 FINDING = 15.0  # [s] for a node to be found; discovery takes up to 2.5 s on a quiet machine
-SETTLING = 1.0  # [s] after the first topic, for the others
+SETTLING = 1.0  # [s] after the last topic, for others
+MISSING = 4.0  # [s] likewise where a body of the scene has none: what got lost comes after 3 s
 FIRST = 10.0  # [s] for the first state of all bodies; a paused node repeats it every second
 ANSWER = 5.0  # [s] for a parameter
 DEPTH = 1000  # [messages] that may wait between two looks
@@ -211,16 +212,27 @@ class StateListener:
         """Topics of states, wire -> own, once they stay the same for a moment."""
         deadline, since = time.monotonic() + FINDING, 0.0
         known: dict[_Publisher, Wires] = {}
+        chosen: dict[str, str] | None = None
         while True:
             STOP.check(lambda: 'before a node was found')
             found, now = self._candidates(), time.monotonic()
             if found != known:
-                since, known = now, found
+                since, known, chosen = now, found, None
             elif found and now - since > SETTLING:
-                return self._chosen(found)
+                chosen = self._chosen(found) if chosen is None else chosen
+                if self._has_every_body(chosen) or now - since > MISSING:
+                    return chosen
             if now > deadline:
                 raise RunError(self._nobody())
             self._executor.spin_once(timeout_sec=0.1)
+
+    def _has_every_body(self, names: dict[str, str]) -> bool:
+        """Whether among topics, wire -> own, there are states of all bodies of the scene."""
+        arrays = self._arrays_among(names).values()
+        cut = [topic.name for array in arrays for topic in array.parts.values()]
+        told = {tuple(own.rsplit('/', 2)[1:]) for own in (*names.values(), *cut)}
+        bodies = () if self.scene is None else self.scene.bodies
+        return all((body.name, part) in told for body in bodies for part in ('pose', 'twist'))
 
     def _published(self) -> dict[_Publisher, Wires]:
         """What each node publishes."""

@@ -136,6 +136,30 @@ def test_bodies_without_topics_of_their_own_are_seen_from_the_arrays(start_node,
         assert not track.velocity.any()
 
 
+@pytest.mark.parametrize('late', ['/poses', '/twists', '/plate/pose', '/box/twist'])
+def test_who_is_discovered_in_parts_is_waited_for(start_node, meet, monkeypatch, late):
+    words = {} if late.count('/') == 2 else {'body_topics': 'stone', 'publish_arrays': 'true'}
+    node = start_node(**words)
+    meet(node).be_known()
+    published, begin = StateListener._published, time.monotonic()
+
+    def in_parts(self):
+        """All but one topic, for longer than topics are waited for of which nobody knows."""
+        found = published(self)
+        if time.monotonic() > begin + 3.0:
+            return found
+        return {
+            who: {wire: kind for wire, kind in wires.items() if not wire.endswith(late)}
+            for who, wires in found.items()
+        }
+
+    monkeypatch.setattr(StateListener, '_published', in_parts)
+    with heard(node, 5) as (motion, _):
+        pass
+    assert names_of(motion) == ['box', 'stone', 'plate']
+    assert all(len(track.time) == len(track.twist_time) >= 5 for track in motion.tracks)
+
+
 def test_arrays_of_a_scene_that_cannot_be_read_here_are_told_with_the_cure(
     start_node, meet, monkeypatch
 ):
