@@ -8,13 +8,12 @@ Prints of each scene whether both gave the same bits, whether the shared kernel 
 whether anything acted: touched, or pulled where nothing may touch.
 """
 
-import itertools
 from dataclasses import replace
 
 import inside
 import numpy as np
 import pytest
-from touching import ball, box, ground, lean, stack
+from touching import CORNERS, ball, box, ground, lean, stack
 
 from rigid_body_sim.physics.forces.elements.drag import Drag
 from rigid_body_sim.physics.forces.elements.spring import Spring
@@ -51,7 +50,6 @@ BELT = replace(SLAB, surface_velocity=(1.0, 0.0, 0.0))
 HUNG = replace(BRICK, pivot=Pivot((0.14, 0.0, 0.0), (0.1, 0.0, 0.07)))
 LEAKING = replace(BRICK, mass_flow=MassFlow(-0.2))
 HILL = height_field([[0.0, 0.1, 0.0], [0.05, 0.0, 0.1]], spacing=1.0, origin=(-1.0, -0.5, 0.0))
-CORNERS = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
 # at rest: from the third tick on the manifold follows the two (`collision.recycling`)
 TILE = Body('tile', ConvexHull((2, 2, 0.1) * CORNERS), 0.0, fixed=True, material=SLAB.material)
 SLATE = replace(

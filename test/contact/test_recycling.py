@@ -29,9 +29,8 @@ from rigid_body_sim.physics.model.shapes import Box, ConvexHull, Cylinder
 from rigid_body_sim.physics.simulation import Simulation
 
 from .. import inside
-from .touching import DT, G, box, ground, motion, scene
+from .touching import CORNERS, DT, G, box, ground, motion, scene
 
-CORNERS = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
 SIZE = 0.1  # [m] half width of the bodies
 NEAR = 2.0 * TOLERANCE * SIZE * math.sqrt(3.0)  # [m] of the largest ball about one of them
 FELL, RESTS = 240, 500  # [tick] the pile has fallen, but still moves; is at rest

@@ -22,10 +22,9 @@ from rigid_body_sim.physics.model.scene import Body, Material
 from rigid_body_sim.physics.model.shapes import ConvexHull, Cylinder, Plane
 from rigid_body_sim.physics.simulation import Simulation
 
-from .touching import DT, G, ball, box, ground, lean, motion, scene
+from .touching import CORNERS, DT, G, ball, box, ground, lean, motion, scene
 
 FINE = DT / 8.0  # [s]
-CORNERS = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
 
 
 def _on_a_slope(angle, friction, *, base=0.1, height=0.4):

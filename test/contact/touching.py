@@ -8,6 +8,7 @@ all scenes of this folder share one compiled kernel (see conftest.py); `lean` sc
 list alone, and a kernel without what is not in them.
 """
 
+import itertools
 import math
 
 import numpy as np
@@ -18,6 +19,7 @@ from rigid_body_sim.physics.model.shapes import Box, Plane, Sphere
 G = 9.81  # [m/s^2]
 DT = 1.0 / 240.0  # [s]
 H = DT / 4.0  # [s] substep
+CORNERS = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))  # of a cube of 2 m
 
 
 def motion(position, *, velocity=(0, 0, 0), turn=(0, 0, 0), q=(0, 0, 0, 1)):

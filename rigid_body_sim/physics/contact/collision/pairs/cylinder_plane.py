@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 from rigid_body_sim.physics.compile.kernels import kernel
 from rigid_body_sim.physics.contact.collision import pose
 from rigid_body_sim.physics.contact.collision.geometry.cylinders.rim import (
-    held_turn,
     lies,
     lowest_direction,
     rim_feature,
@@ -74,7 +73,7 @@ def on_plane(
     lower = height - half * abs(rise)
     if not lower - radius * sine <= margin:
         return 0
-    up_x, up_y, fixed = lowest_direction(tilt_x, tilt_y, held_turn(found))
+    up_x, up_y, fixed = lowest_direction(tilt_x, tilt_y, found)
     write_normal(found, negate(out))
     upper_end = rise < 0.0  # the end at +z is the lower one
     fall = radius * (tilt_x * up_x + tilt_y * up_y)

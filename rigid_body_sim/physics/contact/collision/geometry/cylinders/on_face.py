@@ -29,7 +29,6 @@ from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact.collision import pose
 from rigid_body_sim.physics.contact.collision.geometry.cylinders.mantle import UNDECIDED
 from rigid_body_sim.physics.contact.collision.geometry.cylinders.rim import (
-    held_turn,
     lies,
     lowest_direction,
     rim_feature,
@@ -271,7 +270,7 @@ def _over_face(
     tilt_x, tilt_y, rise = scale(side, _row(found, face))
     u_of_x, u_of_y, u_of_axis = _row(found, along_u)
     v_of_x, v_of_y, v_of_axis = _row(found, along_v)
-    to_lowest_x, to_lowest_y, fixed_axis = lowest_direction(tilt_x, tilt_y, held_turn(found))
+    to_lowest_x, to_lowest_y, fixed_axis = lowest_direction(tilt_x, tilt_y, found)
     upper_end = rise < 0.0  # the end at +z is the lower one
     end = half if upper_end else -half
     center = (

@@ -50,7 +50,7 @@ def _turn_of(x: float, y: float) -> float:
 
 
 @inline
-def held_turn(found: Array) -> float:
+def _held_turn(found: Array) -> float:
     """
     Return the turn of the four axes of a pair, in quarter turns: 0 to below 1, 0 where it was not
     near, and TILTED where its lowest point was exact.
@@ -80,17 +80,18 @@ def held_turn(found: Array) -> float:
 
 
 @inline
-def lowest_direction(tilt_x: float, tilt_y: float, held: float) -> Any:
+def lowest_direction(tilt_x: float, tilt_y: float, found: Array) -> Any:
     """
     Return u (2) in the axes of the end, and the axis d: 0 to 3 for +x, +y, -x, -y and the turn of
     these, or EXACT.
 
     tilt_x, tilt_y : tau in the axes of the end
-    held           : see `held_turn`
+    found          : of the pair, with what it has held
     """
     sine = math.sqrt(tilt_x * tilt_x + tilt_y * tilt_y)
     if not sine < FLAT:
         return tilt_x / sine, tilt_y / sine, EXACT
+    held = _held_turn(found)
     turn = _turn_of(tilt_x, tilt_y) if held == TILTED else held
     cosine, across = 1.0, 0.0
     if turn > 0.0:
