@@ -331,13 +331,13 @@ def _find_manifolds(
         if GROUND and type_b == SURFACE:
             _tell_ground(row_a, row_b, h, swept, found)
         _tell_motions(a, b, h, colliders, bodies, found)
+        if HOLDS and not (GROUND and type_b == SURFACE):
+            held_features.tell(index, type_a, type_b, recycling.held, found)
         known, points = NONE, 0
         if RECYCLES:
             known, points = recall_pair(index, a, b, margin, colliders, recycling, found)
         if points == 0:
             known = NONE
-            if HOLDS and not (GROUND and type_b == SURFACE):
-                held_features.tell(index, type_a, type_b, recycling.held, found)
             points = collide(
                 type_a, type_b, colliders.parameters, shape_a, shape_b, colliders.poses,
                 a * pose.SIZE, b * pose.SIZE, margin, found,

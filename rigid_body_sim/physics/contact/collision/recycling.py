@@ -24,7 +24,8 @@ which is the same whoever is A. So no material point near the contact has come n
 3 TOLERANCE d than its points say: by so much, at most, a corner that was not among them is deeper,
 and another axis would be the better one. It is always the last full detection that is compared
 with, so nothing adds up. Besides, the pair must be unable to reach in this tick what lay beyond
-the margin then.
+the margin then; and where its face has other corners than its points, and two of these bear all
+of the load, it must not tip over these: others may be needed (`loaded_side`).
 
 A cylinder touches with other parts as it turns about its axis, and nothing else changes by that.
 So where a face of the other shape meets its rim or mantle, its frame in R, Q and x is that of its
@@ -59,6 +60,7 @@ from rigid_body_sim.physics.contact.collision.collider import (
     ColliderArrays,
 )
 from rigid_body_sim.physics.contact.collision.geometry import manifold
+from rigid_body_sim.physics.contact.collision.geometry.loaded_side import bear_on_one_side
 from rigid_body_sim.physics.contact.collision.geometry.manifold import write_normal, write_point
 from rigid_body_sim.physics.contact.collision.recycled_record import (
     DIRECTION_A,
@@ -98,6 +100,7 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 TOLERANCE = 1e-4  # [-]; 1e-3 answers a tenth more pairs of a pile at rest, at ten times the error
+TIPS = 2e-5  # [rad] by which a pair may turn that bears its load on one side: 1e-4 in ten ticks
 FAR = 20.0  # [-] so the normal is within 3 degrees of the way
 REACH = 3.0  # [-] of TOLERANCE d: how much nearer a point may be than is known
 # types of pairs whose kernels say whose the normal is
@@ -182,8 +185,8 @@ def recall_pair(
 ) -> Any:  # fmt: skip
     """
     Write the manifold of the pair of an index from its record, as the bodies stand now; return
-    where that begins, and the number of points; NONE, 0: there is none, or they have moved too
-    far.
+    where that begins, and the number of points; NONE, 0: there is none, they have moved too far,
+    or other points may be needed. What it has held is told.
     """
     record = recycling.places[index] if len(recycling.records) > 0 else NONE
     if record == NONE:
@@ -211,17 +214,21 @@ def recall_pair(
         _turn(POSE_A, normal, found)
     elif turned == manifold.SHAPE_B:
         _turn(POSE_B, normal, found)
-    return record, _recall(record, normal, near, least, margin, kept, found)
+    is_beside = kept[record + FACE_AREA] > 0.0 and bear_on_one_side(found)
+    angle = TIPS if is_beside else TOLERANCE
+    return record, _recall(record, normal, near, angle, least, margin, kept, found)
 
 
 @kernel
 def _recall(
-    record: int, normal: Any, near: float, least: float, most: float, kept: Array, found: Array
-) -> int:
+    record: int, normal: Any, near: float, angle: float, least: float, most: float, kept: Array,
+    found: Array,
+) -> int:  # fmt: skip
     """
     Do that from the frames of the pair.
 
         near        : [m] how far points may have moved
+        angle       : [rad] by which the two may have turned
         least, most : [m] between which the least gap must be
     """
     squares = 0.0
@@ -229,7 +236,7 @@ def _recall(
         turned = pose.to_shape(found, POSE_B, pose.axis(found, POSE_A, i))
         change = subtract(turned, load(kept, record + ROTATION + ROW * i))
         squares += dot(change, change)
-    if not squares <= 2.0 * TOLERANCE * TOLERANCE:
+    if not squares <= 2.0 * angle * angle:
         return 0
     origin = load(found, POSE_A + pose.POSITION)
     apart = subtract(load(found, POSE_B + pose.POSITION), origin)

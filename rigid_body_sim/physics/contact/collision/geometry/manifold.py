@@ -111,15 +111,6 @@ def write_point_at(
 
 
 @inline
-def is_held(feature: float, found: Array) -> Any:
-    """Tell whether the pair had a point with this feature in the last tick."""
-    held = False
-    for index in range(int(found[HELD_COUNT])):
-        held = held | (found[HELD + index] == feature)
-    return held
-
-
-@inline
 def copy_point(found: Array, to: int, source: int) -> None:
     """Copy the point that begins at a place of `found` to another place."""
     for number in range(POINT):

@@ -30,7 +30,16 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.compile.kernels import inline, kernel
+from rigid_body_sim.physics.contact.collision.geometry.loaded_side import (
+    NONE,
+    TIPS,
+    bears_among,
+    gives_way,
+    one_of,
+)
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
+    HELD,
+    HELD_COUNT,
     LEAD,
     MOST,
     NORMAL,
@@ -39,7 +48,6 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     SEPARATION,
     TIE,
     copy_point,
-    is_held,
 )
 from rigid_body_sim.physics.vectors import cross, dot, load, subtract
 
@@ -51,6 +59,7 @@ COINCIDENT = 4e-6  # [-] the same for flat points, where edges cross that nearly
 EVEN = 1e-13  # [-] of the extent: depths of flat points that differ by less are rounding
 DEEPER = 1e-4  # [-] of the extent: so much deeper than all that are held a point takes a place
 SPANS = 0.5  # [-] of the largest area: what was held is held while it spans as much
+OUT = 0.0, 0.0, 1.0  # [-] across flat points
 NO_POINT = -1  # where a point begins that has not been found
 
 flat_point = Record()  # a point over a plane
@@ -248,14 +257,55 @@ def _span_of(found: Array, first: int, end: int, chosen: int) -> Any:
 
 
 @inline
-def _held_flat(found: Array, first: int, end: int, names: float, limit: float) -> int:
-    """Return a bit for each flat point that was held in the last tick; 0: they are not four."""
-    held, count = 0, 0
+def _named(found: Array, first: int, end: int, names: float, feature: float, limit: float) -> int:
+    """Return where the flat point with a feature begins, up to a height; NO_POINT: nowhere."""
+    named = NO_POINT
     for place in range(first, end, FLAT_POINT):
-        if found[place + HEIGHT] <= limit and is_held(names + found[place + NAME], found):
-            held |= 1 << ((place - first) // FLAT_POINT)
-            count += 1
-    return held if count == MOST else 0
+        if names + found[place + NAME] == feature and found[place + HEIGHT] <= limit:
+            named = place
+    return named
+
+
+@kernel
+def _held_flat(
+    found: Array, first: int, end: int, names: float, limit: float, tips: float, e: int, f: int,
+    g: int, h: int, most: float,
+) -> int:  # fmt: skip
+    """
+    Return a bit for each flat point that was held in the last tick, with what takes the place of
+    one that bears no load (`loaded_side`), if it is deeper by `tips`; 0: they are not four, or
+    span less and bear no load that is not among others.
+
+        e, f, g, h : where the others begin
+        most       : what `_span_of` returns of these
+    """
+    if int(found[HELD_COUNT]) != MOST:
+        return 0
+    a = _named(found, first, end, names, found[HELD], limit)
+    b = _named(found, first, end, names, found[HELD + 1], limit)
+    c = _named(found, first, end, names, found[HELD + 2], limit)
+    d = _named(found, first, end, names, found[HELD + 3], limit)
+    if min(a, b, c, d) == NO_POINT:
+        return 0
+    held = 1 << ((a - first) // FLAT_POINT) | 1 << ((b - first) // FLAT_POINT)
+    held |= 1 << ((c - first) // FLAT_POINT) | 1 << ((d - first) // FLAT_POINT)
+    index, out, height, lead = gives_way(found, found, a, b, c, d, OUT)
+    needed = NO_POINT
+    if index != NONE:
+        deep = min(found[a + HEIGHT], found[b + HEIGHT]) - tips
+        deep = min(deep, min(found[c + HEIGHT], found[d + HEIGHT]) - tips)
+        for place in range(first, end, FLAT_POINT):
+            beyond = out[0] * found[place + U] + out[1] * found[place + V]
+            if beyond > height + lead and found[place + HEIGHT] < deep:
+                needed, height = place, beyond
+    if needed != NO_POINT:
+        place = one_of(index, a, b, c, d)
+        held ^= 1 << ((place - first) // FLAT_POINT)
+        return held | 1 << ((needed - first) // FLAT_POINT)
+    is_narrow = not _span_of(found, first, end, held) >= SPANS * SPANS * most
+    if is_narrow and bears_among(found, found, OUT, a, b, c, d, e, f, g, h):
+        return 0
+    return held
 
 
 @kernel
@@ -281,8 +331,10 @@ def keep_four_flat(found: Array, first: int, count: int, to: int, names: float) 
         if place != NO_POINT:
             chosen |= 1 << ((place - first) // FLAT_POINT)
     most = _span_of(found, first, end, chosen)
-    held = _held_flat(found, first, end, names, limit)
-    holds = held != 0 and _span_of(found, first, end, held) >= SPANS * SPANS * most
+    held = _held_flat(
+        found, first, end, names, limit, TIPS * extent, start, across, left, right, most
+    )
+    holds = held != 0
     chosen = held if holds else chosen
     deep = found[deepest + HEIGHT] + (DEEPER if holds else EVEN) * extent
     least = (COINCIDENT * extent) * (COINCIDENT * extent)

@@ -14,8 +14,9 @@ of the least e: of a face that is still apart no four on one side, by rounding. 
 the manifold holds those of the last tick, or else those that lie farthest along four directions
 fixed in the hull, and those of the least e, as in `extreme_points`, but from the vertices where
 they stand: a mesh may have thousands below the margin. Where all four lie on one side, one of them
-gives way to one across, if a blow could bring that down in this tick. As there, of those of the
-last tick one gives way only to what is DEEPER than all of them.
+gives way to one across, if a blow could bring that down in this tick: not of what stands. As
+there, of those of the last tick one gives way only to what is DEEPER than all of them, or is
+needed beyond the side that bears the load (`loaded_side`).
 """
 
 from __future__ import annotations
@@ -29,6 +30,12 @@ from numpy.typing import NDArray
 from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact.collision import pose
+from rigid_body_sim.physics.contact.collision.geometry.loaded_side import (
+    NONE,
+    TIPS,
+    bear,
+    gives_way,
+)
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     FACE_AREA,
     FACE_MIDDLE,
@@ -271,7 +278,7 @@ def choose(
     if count <= MOST:
         return count
     limit = max(fourth, max(least, 0.0) + SKIN * radius)
-    shallow = _held(parameters, first, last, now, after, margin, limit, found)
+    shallow = _held(parameters, first, last, now, after, margin, limit, TIPS * radius, found)
     deeper = TIE if shallow == math.inf else DEEPER
     if shallow == math.inf:
         shallow = _choose_extremes(
@@ -279,8 +286,9 @@ def choose(
         )
     if least < shallow - deeper * radius:
         found[CHOSEN + _neighbour(parameters, deepest, now, after, found)] = deepest
-    reach = min(THROWN * way + SKIN * radius, margin)
-    _keep_across(parameters, first, last, now, after, deepest, reach, found)
+    if way > SKIN * radius or not bear(found):
+        reach = min(THROWN * way + SKIN * radius, margin)
+        _keep_across(parameters, first, last, now, after, deepest, reach, found)
     return MOST
 
 
@@ -318,10 +326,11 @@ def _keep_across(
 @inline
 def _held(
     parameters: Array, first: int, last: int, now: Any, after: Any, margin: float, limit: float,
-    found: Array,
+    tips: float, found: Array,
 ) -> float:  # fmt: skip
     """
-    Choose the four vertices of the last tick, if all of them are low; return the least height of
+    Choose the four vertices of the last tick, if all of them are low, and what takes the place of
+    one that bears no load (`loaded_side`), if it is deeper by `tips`; return the least height of
     one of them [m], infinity if they are not.
     """
     count, least = int(found[HELD_COUNT]), math.inf
@@ -334,7 +343,21 @@ def _held(
             return math.inf
         found[CHOSEN + index] = place
         least = min(least, low)
-    return least if count == MOST else math.inf
+    if count != MOST:
+        return math.inf
+    a, b = int(found[CHOSEN]), int(found[CHOSEN + 1])
+    c, d = int(found[CHOSEN + 2]), int(found[CHOSEN + 3])
+    index, out, height, lead = gives_way(found, parameters, a, b, c, d, now[1])
+    if index == NONE:
+        return least
+    deep = least - tips
+    for place in range(first, last, VERTEX):
+        beyond = dot(out, load(parameters, place))
+        separation, low = _lowest(parameters, place, now, after)
+        if beyond > height + lead and separation <= margin and low < deep:
+            found[CHOSEN + index], height = place, beyond
+            least = min(least, low)
+    return least
 
 
 @inline

@@ -22,8 +22,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
+from rigid_body_sim.physics.contact.collision.geometry.loaded_side import (
+    NONE,
+    TIPS,
+    bears_among,
+    gives_way,
+    one_of,
+)
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     FEATURE,
+    HELD,
+    HELD_COUNT,
     LEAD,
     MOST,
     NORMAL,
@@ -31,7 +40,6 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     POINTS,
     SEPARATION,
     copy_point,
-    is_held,
 )
 from rigid_body_sim.physics.contact.collision.geometry.manifold_reduction import (
     NO_POINT,
@@ -113,31 +121,55 @@ def _span_of(found: Array, a: int, b: int, c: int, d: int) -> Any:
     return four_span(load(found, a), load(found, b), load(found, c), load(found, d))
 
 
-@kernel
-def _hold(found: Array, first: int, end: int, kept: int, limit: float) -> int:
-    """
-    Write the points that were held in the last tick in place of those kept, if there are four and
-    they span as much (`manifold_reduction`). Return how many are kept.
-    """
-    count, a, b, c, d = 0, first, first, first, first
+@inline
+def _named(found: Array, first: int, end: int, name: float, limit: float) -> int:
+    """Return where the point with a feature begins, up to a separation; NO_POINT: nowhere."""
+    named = NO_POINT
     for place in range(first, end, POINT):
-        if found[place + SEPARATION] <= limit and is_held(found[place + FEATURE], found):
-            a, b, c, d = b, c, d, place
-            count += 1
-    if count != MOST:
+        if found[place + FEATURE] == name and found[place + SEPARATION] <= limit:
+            named = place
+    return named
+
+
+@kernel
+def _hold(found: Array, first: int, end: int, kept: int, limit: float, tips: float) -> int:
+    """
+    Write the points that were held in the last tick in place of those kept, if there are four that
+    span as much, or bear a load that is not among those; and what takes the place of one that
+    bears none (`loaded_side`), if it is deeper by `tips`. Return how many are kept.
+    """
+    if int(found[HELD_COUNT]) != MOST:
         return kept
-    most = 0.0
-    if kept == MOST:
-        most = _span_of(
-            found, POINTS, POINTS + POINT, POINTS + 2 * POINT, POINTS + 3 * POINT
-        )  # fmt: skip
-    if not _span_of(found, a, b, c, d) >= SPANS * SPANS * most:
+    a = _named(found, first, end, found[HELD], limit)
+    b = _named(found, first, end, found[HELD + 1], limit)
+    c = _named(found, first, end, found[HELD + 2], limit)
+    d = _named(found, first, end, found[HELD + 3], limit)
+    if min(a, b, c, d) == NO_POINT:
         return kept
-    copy_point(found, POINTS, a)
-    copy_point(found, POINTS + POINT, b)
-    copy_point(found, POINTS + 2 * POINT, c)
-    copy_point(found, POINTS + 3 * POINT, d)
-    return MOST
+    normal = load(found, NORMAL)
+    index, out, height, lead = gives_way(found, found, a, b, c, d, normal)
+    needed = NO_POINT
+    if index != NONE:
+        deep = min(found[a + SEPARATION], found[b + SEPARATION]) - tips
+        deep = min(deep, min(found[c + SEPARATION], found[d + SEPARATION]) - tips)
+        for place in range(first, end, POINT):
+            beyond = dot(out, load(found, place))
+            if beyond > height + lead and found[place + SEPARATION] < deep:
+                needed, height = place, beyond
+    if needed == NO_POINT and kept == MOST:
+        e, f, g, h = POINTS, POINTS + POINT, POINTS + 2 * POINT, POINTS + 3 * POINT
+        enough = SPANS * SPANS * _span_of(found, e, f, g, h)
+        is_narrow = not _span_of(found, a, b, c, d) >= enough
+        if is_narrow and bears_among(found, found, normal, a, b, c, d, e, f, g, h):
+            return kept
+    left_out = NO_POINT if needed == NO_POINT else one_of(index, a, b, c, d)
+    kept = 0
+    for place in range(first, end, POINT):
+        is_held = place == a or place == b or place == c or place == d
+        if place == needed or (is_held and place != left_out):
+            copy_point(found, POINTS + kept * POINT, place)
+            kept += 1
+    return kept
 
 
 @kernel
@@ -179,7 +211,7 @@ def keep_extremes(found: Array, first: int, count: int, direction: Any) -> int:
             copy_point(found, POINTS + kept * POINT, best)
             kept += 1
         direction = cross(normal, direction)
-    kept = _hold(found, first, end, kept, limit)
+    kept = _hold(found, first, end, kept, limit, TIPS * extent)
     kept = _with_near(found, first, end, kept, SKIN * extent)
     least = found[POINTS + SEPARATION]
     for index in range(1, kept):
