@@ -64,7 +64,7 @@ SHIFT = manifold.vector('m', 'asked with: how far a hull moves in the tick besid
 TURN = manifold.vector('rad', 'asked with: how far it turns, world axes; zeros: nothing is known')
 HELD_COUNT = manifold.number('-', 'asked with: how many points the pair had in the last tick')
 HELD = manifold.numbers(MOST, '-', 'asked with: their features')
-HELD_IMPULSES = manifold.numbers(MOST, 'N s', 'asked with: by which they pressed, of a rim')
+HELD_IMPULSES = manifold.numbers(MOST, 'N s', 'asked with: by which they pressed')
 SCRATCH = manifold.size  # where a kernel may keep what it likes
 FOUND = 4096  # numbers in `found`: the largest scratch is that of ground (`surfaces`)
 # whose the normal is: what it stays fixed to while the bodies move by little
