@@ -145,8 +145,8 @@ def bears_among(
         e, f, g, h : where the others begin
         normal     : across the face that they span
     """
-    at, bear = _place_of_load(found, points, a, b, c, d)
-    if not bear:
+    at, is_there = _place_of_load(found, points, a, b, c, d)
+    if not is_there:
         return True
     for one in range(MOST - 1):
         for other in range(one + 1, MOST):
