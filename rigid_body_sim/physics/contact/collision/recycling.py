@@ -100,7 +100,9 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 TOLERANCE = 1e-4  # [-]; 1e-3 answers a tenth more pairs of a pile at rest, at ten times the error
-TIPS = 2e-5  # [rad] by which a pair may turn that bears its load on one side: 1e-4 in ten ticks
+# [rad] by which a pair may turn of which two points bear all: what has a corner beyond tips by
+# more in two ticks, what settles over joints by less
+TIPS = 2e-5
 FAR = 20.0  # [-] so the normal is within 3 degrees of the way
 REACH = 3.0  # [-] of TOLERANCE d: how much nearer a point may be than is known
 # types of pairs whose kernels say whose the normal is
@@ -214,8 +216,9 @@ def recall_pair(
         _turn(POSE_A, normal, found)
     elif turned == manifold.SHAPE_B:
         _turn(POSE_B, normal, found)
-    is_beside = kept[record + FACE_AREA] > 0.0 and bear_on_one_side(found)
-    angle = TIPS if is_beside else TOLERANCE
+    angle = TOLERANCE
+    if kept[record + FACE_AREA] > 0.0 and bear_on_one_side(found):
+        angle = TIPS
     return record, _recall(record, normal, near, angle, least, margin, kept, found)
 
 

@@ -60,6 +60,15 @@ def _are_a_side(second: int, most: float, next_to_it: float) -> bool:
 
 
 @inline
+def loaded_side(found: Array) -> Any:
+    """Return which two of the four held points bear all of the load between them, or NONE."""
+    first, second, most, next_to_it = _bearers(found)
+    if _are_a_side(second, most, next_to_it):
+        return first, second
+    return NONE, NONE
+
+
+@inline
 def bear_on_one_side(found: Array) -> bool:
     """Tell whether two of four held points bear all of the load between them."""
     _, second, most, next_to_it = _bearers(found)
@@ -67,8 +76,8 @@ def bear_on_one_side(found: Array) -> bool:
 
 
 @inline
-def one_of(index: int, a: int, b: int, c: int, d: int) -> int:
-    """Return one of four places by its index."""
+def one_of(index: int, a: Any, b: Any, c: Any, d: Any) -> Any:
+    """Return one of four by its index."""
     if index < 2:
         return a if index == 0 else b
     return c if index == 2 else d

@@ -20,9 +20,10 @@ from rigid_body_sim.physics.compile.kernels import kernel
 from rigid_body_sim.physics.contact.collision import pose
 from rigid_body_sim.physics.contact.collision.geometry.cylinders.rim import (
     lies,
-    lowest_direction,
+    rim_directions,
     rim_feature,
 )
+from rigid_body_sim.physics.contact.collision.geometry.loaded_side import one_of
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     MOST,
     RIM,
@@ -40,7 +41,7 @@ from rigid_body_sim.physics.vectors import add, add_scaled, dot, load, negate, s
 
 Array = NDArray[np.float64]
 
-LOWEST, RIGHT, LEFT, OPPOSITE = range(4)  # points of the lower end
+OPPOSITE = 3  # the last of the points of the lower end
 
 
 @kernel
@@ -73,7 +74,8 @@ def on_plane(
     lower = height - half * abs(rise)
     if not lower - radius * sine <= margin:
         return 0
-    up_x, up_y, fixed = lowest_direction(tilt_x, tilt_y, found)
+    lowest, right, left, opposite = rim_directions(tilt_x, tilt_y, found)
+    up_x, up_y, _ = lowest
     write_normal(found, negate(out))
     upper_end = rise < 0.0  # the end at +z is the lower one
     fall = radius * (tilt_x * up_x + tilt_y * up_y)
@@ -81,19 +83,15 @@ def on_plane(
     count = 0
     for number in range(MOST):
         end = half if upper_end else -half
-        to_x, to_y = -up_x, -up_y  # towards the point
-        separation = lower - fall
+        x, y, fixed = one_of(number, lowest, right, left, opposite)
+        to_x, to_y = -x, -y  # towards the point
+        separation = lower + radius * (tilt_x * to_x + tilt_y * to_y)
         feature = rim_feature(number, fixed, upper_end)
-        if number == RIGHT or number == LEFT:  # a quarter turn to either side
-            to_x, to_y = (up_y, -up_x) if number == RIGHT else (-up_y, up_x)
-            separation = lower + radius * (tilt_x * to_x + tilt_y * to_y)
         if number == OPPOSITE and other:
             end = -end
+            to_x, to_y = -up_x, -up_y
             separation = lower + 2.0 * half * abs(rise) - fall
             feature = 1.0 - upper_end  # the lowest of the other end
-        elif number == OPPOSITE:
-            to_x, to_y = up_x, up_y
-            separation = lower + fall
         if not separation <= margin:
             continue
         on_rim = add_scaled(scale(end, axis), radius * to_x, axis_x)

@@ -30,17 +30,21 @@ from rigid_body_sim.physics.contact.collision import pose
 from rigid_body_sim.physics.contact.collision.geometry.cylinders.mantle import UNDECIDED
 from rigid_body_sim.physics.contact.collision.geometry.cylinders.rim import (
     lies,
-    lowest_direction,
+    rim_directions,
     rim_feature,
 )
 from rigid_body_sim.physics.contact.collision.geometry.line_angles import NO_COMMON_NORMAL
+from rigid_body_sim.physics.contact.collision.geometry.loaded_side import one_of
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     EDGE_LEAD,
     EDGE_SHARE,
     FACE_MIDDLE,
+    MOST,
     POINT,
+    POINTS,
     RIM,
     SCRATCH,
+    copy_point,
     write_normal,
     write_point_at,
 )
@@ -165,7 +169,11 @@ def on_face(
     if count > 2 and abs(_along_axis(found, face)) > STANDS_ON_FACE:
         _measure_end(parameters, box, cylinder, poses, pose_a, found, face, count)
     found[RIM] = 1.0
-    return keep_four(found, CANDIDATES, count)
+    if count > MOST or not _is_rim(found, count):
+        return keep_four(found, CANDIDATES, count)
+    for k in range(count):
+        copy_point(found, POINTS + k * POINT, CANDIDATES + k * POINT)
+    return count
 
 
 @kernel
@@ -270,7 +278,7 @@ def _over_face(
     tilt_x, tilt_y, rise = scale(side, _row(found, face))
     u_of_x, u_of_y, u_of_axis = _row(found, along_u)
     v_of_x, v_of_y, v_of_axis = _row(found, along_v)
-    to_lowest_x, to_lowest_y, fixed_axis = lowest_direction(tilt_x, tilt_y, found)
+    lowest, after, before, last = rim_directions(tilt_x, tilt_y, found)
     upper_end = rise < 0.0  # the end at +z is the lower one
     end = half if upper_end else -half
     center = (
@@ -279,19 +287,13 @@ def _over_face(
         side * found[OFFSET + face] - parameters[box + face] - half * abs(rise),
     )
     end_x, end_y = (u_of_x, v_of_x, tilt_x), (u_of_y, v_of_y, tilt_y)
-    sine = tilt_x * to_lowest_x + tilt_y * to_lowest_y
+    sine = tilt_x * lowest[0] + tilt_y * lowest[1]
     is_lying = lies(rise, sine, half, radius * sine, center[2], margin)
     count = 0
     for k in range(3 if is_lying else 4):
-        x, y = -radius * to_lowest_x, -radius * to_lowest_y
-        if k == 1:
-            x, y = -y, x
-        elif k == 2:
-            x, y = y, -x
-        elif k == 3:
-            x, y = -x, -y
-        point = _on_disc(center, end_x, end_y, x, y)
-        feature = rim_feature(k, fixed_axis, upper_end)
+        x, y, fixed = one_of(k, lowest, after, before, last)
+        point = _on_disc(center, end_x, end_y, -radius * x, -radius * y)
+        feature = rim_feature(k, fixed, upper_end)
         if k == 0 and is_lying:
             line = (-2.0 * end * u_of_axis, -2.0 * end * v_of_axis, 2.0 * half * abs(rise))
             count = _line(found, point, line, limit_u, limit_v, margin, feature)

@@ -10,10 +10,11 @@ no meaning: for |tau| < FLAT it is blended with the nearest of four axes d fixed
 u ~ tau + (FLAT - |tau|) d. So a standing cylinder keeps its points, and above FLAT the lowest
 point is exact.
 
-The four axes are those that the pair has held (`manifold.HELD`): the names of its points tell by
-what share of a quarter turn they are turned. A load beside the square of the four points is
-carried by two of them, and would tilt the cylinder over the side between them: then one of the
-axes turns to where these two bear it. Who comes to stand after a tilt has one where it was lowest.
+The four axes are those that the pair has held (`manifold.HELD`): the names of its points tell
+where they are, in quarter turns. Where two of them bear all of the load and the cylinder tips over
+the side between them, one of the others gives way to the middle of the arc beyond, as a corner of
+a polygon does (`loaded_side`): the four close in on the place of the load. Who comes to stand
+after a tilt has one where it was lowest, and the others a quarter turn apart.
 """
 
 from __future__ import annotations
@@ -22,11 +23,16 @@ import math
 from typing import Any
 
 from rigid_body_sim.physics.arrays import Array
-from rigid_body_sim.physics.compile.kernels import inline
+from rigid_body_sim.physics.compile.kernels import inline, kernel
+from rigid_body_sim.physics.contact.collision.geometry.loaded_side import (
+    NONE,
+    TIPS,
+    loaded_side,
+    one_of,
+)
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     HELD,
     HELD_COUNT,
-    HELD_IMPULSES,
     MOST,
 )
 
@@ -34,79 +40,132 @@ FLAT = 1e-4  # [-] sine of the tilt below which an end keeps points fixed in it
 UPPER = 5.0  # features of the end at +z are larger by this, but for those of the lowest points
 FIXED = 10.0  # features of points fixed in an end begin here
 LAST_FIXED = 20.0  # and end before this
-EXACT = -1.0  # in place of an axis: none, the lowest point is where it is exactly
+EXACT = -1.0  # in place of a place: none, the lowest point is where it is exactly
 SHARES = 1024.0  # [-] of a quarter turn by which the axes may be turned: none is rounded in a name
 QUARTER = 0.5 * math.pi  # [rad]
-ON_A_SIDE = 0.97  # [-] of the way to a side of the square: there two points bear nearly all
-AT_A_CORNER = 0.9  # [-] of the way to a corner: from there on no turn brings it nearer
-TILTED = -1.0  # in place of a turn: the pair has held none
+SHORT = 1.0 / 16.0  # [quarter turn]: an arc so short is not parted
 
 
 @inline
-def _turn_of(x: float, y: float) -> float:
-    """Return the turn of four axes of which one is along (x, y), in whole SHARES: 0 to below 1."""
-    share = math.floor(math.atan2(y, x) / QUARTER * SHARES + 0.5) / SHARES
-    return share - math.floor(share)
+def _within(turn: float) -> float:
+    """Return quarter turns without whole turns: 0 to below 4."""
+    return turn - 4.0 * math.floor(0.25 * turn)
 
 
 @inline
-def _held_turn(found: Array) -> float:
+def _direction(place: float) -> Any:
+    """Return the direction of a place in quarter turns; those of whole ones are exact."""
+    quarter = math.floor(place)
+    cosine, sine = 1.0, 0.0
+    if place > quarter:
+        cosine, sine = math.cos((place - quarter) * QUARTER), math.sin((place - quarter) * QUARTER)
+    if quarter == 0.0:
+        return cosine, sine
+    if quarter == 1.0:
+        return -sine, cosine
+    if quarter == 2.0:
+        return -cosine, -sine
+    return sine, -cosine
+
+
+@inline
+def _place_of(index: int, found: Array) -> float:
+    """Return where a held point is fixed in its end, in quarter turns; below 0: it is not."""
+    name = found[HELD + index]
+    if name < FIXED or name >= LAST_FIXED:
+        return EXACT
+    return name - (FIXED + UPPER if name >= FIXED + UPPER else FIXED)
+
+
+@kernel
+def _held_places(tilt_x: float, tilt_y: float, found: Array) -> Any:
     """
-    Return the turn of the four axes of a pair, in quarter turns: 0 to below 1, 0 where it was not
-    near, and TILTED where its lowest point was exact.
+    Return the places of the four axes of a pair, in quarter turns: those that it has held, one of
+    them moved to where it is needed; or else a quarter turn apart, one along tau where it comes
+    from a tilt.
     """
     count = int(found[HELD_COUNT])
-    turn = 0.0 if count == 0 else TILTED
-    x, y, sum_of_all = 0.0, 0.0, 0.0
-    fixed = 0
-    for point in range(count):
-        name = found[HELD + point]
-        if name < FIXED or name >= LAST_FIXED:
-            continue
-        turn = name - math.floor(name)
-        quarter = math.floor(name) - (FIXED + UPPER if name >= FIXED + UPPER else FIXED)
-        pressed = found[HELD_IMPULSES + point]
-        along = pressed if quarter < 2.0 else -pressed
-        x += along if quarter == 0.0 or quarter == 2.0 else 0.0
-        y += along if quarter == 1.0 or quarter == 3.0 else 0.0
-        sum_of_all += pressed
-        fixed += 1
-    is_beside = abs(x) + abs(y) > ON_A_SIDE * sum_of_all
-    is_beside = is_beside and max(abs(x), abs(y)) < AT_A_CORNER * sum_of_all
-    if fixed == MOST and is_beside:
-        turn += _turn_of(x, y)
-        turn -= math.floor(turn)
-    return turn
+    if count != MOST or not (
+        min(_place_of(0, found), _place_of(1, found)) >= 0.0
+        and min(_place_of(2, found), _place_of(3, found)) >= 0.0
+    ):
+        share = 0.0
+        if count > 0:
+            share = math.floor(math.atan2(tilt_y, tilt_x) / QUARTER * SHARES + 0.5) / SHARES
+            share -= math.floor(share)
+        return share, share + 1.0, share + 2.0, share + 3.0
+    places = _place_of(0, found), _place_of(1, found), _place_of(2, found), _place_of(3, found)
+    one, other = loaded_side(found)
+    if one == NONE:
+        return places
+    begin, end = _place_of(one, found), _place_of(other, found)
+    arc, inside, gives_way, farthest = _within(end - begin), 0, NONE, -1.0
+    middle = begin + 0.5 * arc
+    for index in range(MOST):
+        if index != one and index != other:
+            inside += 1 if _within(_place_of(index, found) - begin) < arc else 0
+    if inside == 1:  # the two bear across
+        return places
+    if inside == 2:
+        begin, arc = end, 4.0 - arc
+        middle += 2.0
+    if arc < SHORT:
+        return places
+    middle = _within(math.floor(middle * SHARES + 0.5) / SHARES)
+    heavier = _place_of(one, found)
+    lowest = -math.inf
+    for index in range(MOST):
+        place = _place_of(index, found)
+        x, y = _direction(place)
+        lowest = max(lowest, tilt_x * x + tilt_y * y)
+        away = _within(place - heavier)
+        if index != one and index != other and min(away, 4.0 - away) > farthest:
+            gives_way, farthest = index, min(away, 4.0 - away)
+    x, y = _direction(middle)
+    if not tilt_x * x + tilt_y * y > lowest + TIPS:
+        return places
+    a, b, c, d = places
+    a, b = (middle if gives_way == 0 else a), (middle if gives_way == 1 else b)
+    c, d = (middle if gives_way == 2 else c), (middle if gives_way == 3 else d)
+    return a, b, c, d
 
 
-@inline
-def lowest_direction(tilt_x: float, tilt_y: float, found: Array) -> Any:
+@kernel
+def rim_directions(tilt_x: float, tilt_y: float, found: Array) -> Any:
     """
-    Return u (2) in the axes of the end, and the axis d: 0 to 3 for +x, +y, -x, -y and the turn of
-    these, or EXACT.
+    Return u (2) of the four points of an end, in its axes, and their places in quarter turns, each
+    as x, y, place: the lowest, the next to either side, the last; EXACT in place of all places
+    where the lowest is exact.
 
     tilt_x, tilt_y : tau in the axes of the end
     found          : of the pair, with what it has held
     """
     sine = math.sqrt(tilt_x * tilt_x + tilt_y * tilt_y)
     if not sine < FLAT:
-        return tilt_x / sine, tilt_y / sine, EXACT
-    held = _held_turn(found)
-    turn = _turn_of(tilt_x, tilt_y) if held == TILTED else held
-    cosine, across = 1.0, 0.0
-    if turn > 0.0:
-        cosine, across = math.cos(turn * QUARTER), math.sin(turn * QUARTER)
-    x, y = cosine * tilt_x + across * tilt_y, cosine * tilt_y - across * tilt_x
+        x, y = tilt_x / sine, tilt_y / sine
+        return (x, y, EXACT), (-y, x, EXACT), (y, -x, EXACT), (-x, -y, EXACT)
+    a, b, c, d = _held_places(tilt_x, tilt_y, found)
+    lowest, most = a, -math.inf
+    for index in range(MOST):
+        place = one_of(index, a, b, c, d)
+        x, y = _direction(place)
+        if tilt_x * x + tilt_y * y > most:
+            lowest, most = place, tilt_x * x + tilt_y * y
+    after, before, turns = 4.0, 0.0, 0.0
+    for index in range(MOST):
+        turn = _within(one_of(index, a, b, c, d) - lowest)
+        after = min(after, turn) if turn > 0.0 else after
+        before, turns = max(before, turn), turns + turn
+    last = _within(lowest + turns - after - before)
+    after, before = _within(lowest + after), _within(lowest + before)
+    x, y = _direction(lowest)
     blend = FLAT - sine
-    if abs(y) > abs(x):
-        axis = 3.0 if y < 0.0 else 1.0
-        y += -blend if y < 0.0 else blend
-    else:
-        axis = 2.0 if x < 0.0 else 0.0
-        x += -blend if x < 0.0 else blend
+    x, y = tilt_x + blend * x, tilt_y + blend * y
     length = math.sqrt(x * x + y * y)
-    x, y = x / length, y / length
-    return cosine * x - across * y, cosine * y + across * x, axis + turn
+    return (
+        (x / length, y / length, lowest), (*_direction(after), after),
+        (*_direction(before), before), (*_direction(last), last),
+    )  # fmt: skip
 
 
 @inline
@@ -127,14 +186,12 @@ def lies(rise: float, sine: float, half: float, fall: float, lower: float, margi
 
 
 @inline
-def rim_feature(k: int, axis: float, upper_end: bool) -> Any:
+def rim_feature(k: int, place: float, upper_end: bool) -> Any:
     """
     Name the point k of an end: 0 lowest, 1 and 2 a quarter turn to either side, 3 opposite.
 
     The lowest points of the two ends, 0 and 1, keep their names while a cylinder rolls.
     """
-    if axis != EXACT:
-        step = k if k < 2 else 5 - k  # in quarter turns: 0, 1, 3, 2
-        place = axis + step
-        return FIXED + (place - 4.0 if place >= 4.0 else place) + UPPER * upper_end
+    if place != EXACT:
+        return FIXED + place + UPPER * upper_end
     return 1.0 * upper_end if k == 0 else 1.0 + k + UPPER * upper_end
