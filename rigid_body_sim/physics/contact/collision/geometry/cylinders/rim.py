@@ -5,10 +5,14 @@ Which point of a cylinder's round end is the lowest above a plane, and the point
 
     m normal out of the plane, a axis, tau = m - (m . a) a, |tau| sine of the tilt, u = tau / |tau|
 
-The lowest point of either end is at its middle - r u. Where the end is parallel to the plane u has
-no meaning: for |tau| < FLAT it is blended with the nearest of four axes d fixed in the end,
-u ~ tau + (FLAT - |tau|) d. So a standing cylinder keeps its points, and above FLAT the lowest
-point is exact.
+The lowest point of either end is at its middle - r u, exact for |tau| above FLAT. Where the end is
+parallel to the plane u has no meaning: four axes d fixed in the end are held there, of which that
+nearest to u stays for |tau| < STILL, and is blended with it above, so that nothing jumps:
+
+    u ~ (1 - STILL / |tau|) tau + (FLAT - |tau|) d
+
+Blended from nothing on, a point would turn by 1 / FLAT of a tilt, and its impulse with it: a light
+cylinder that a spring presses down beside its axis never came to rest.
 
 The four axes are those that the pair has held (`manifold.HELD`): the names of its points tell
 where they are, in quarter turns. Where two of them bear all of the load and the cylinder tips over
@@ -36,7 +40,8 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     MOST,
 )
 
-FLAT = 1e-4  # [-] sine of the tilt below which an end keeps points fixed in it
+FLAT = 1e-4  # [-] sine of the tilt below which an end has points fixed in it
+STILL = 0.5 * FLAT  # [-] sine of the tilt below which the lowest of them stays where it is
 UPPER = 5.0  # features of the end at +z are larger by this, but for those of the lowest points
 FIXED = 10.0  # features of points fixed in an end begin here
 LAST_FIXED = 20.0  # and end before this
@@ -159,11 +164,13 @@ def rim_directions(tilt_x: float, tilt_y: float, found: Array) -> Any:
     last = _within(lowest + turns - after - before)
     after, before = _within(lowest + after), _within(lowest + before)
     x, y = _direction(lowest)
-    blend = FLAT - sine
-    x, y = tilt_x + blend * x, tilt_y + blend * y
-    length = math.sqrt(x * x + y * y)
+    if sine > STILL:
+        share, blend = 1.0 - STILL / sine, FLAT - sine
+        x, y = share * tilt_x + blend * x, share * tilt_y + blend * y
+        length = math.sqrt(x * x + y * y)
+        x, y = x / length, y / length
     return (
-        (x / length, y / length, lowest), (*_direction(after), after),
+        (x, y, lowest), (*_direction(after), after),
         (*_direction(before), before), (*_direction(last), last),
     )  # fmt: skip
 
