@@ -75,7 +75,7 @@ def _direction(place: float) -> Any:
 
 @inline
 def _place_of(index: int, found: Array) -> float:
-    """Return where a held point is fixed in its end, in quarter turns; below 0: it is not."""
+    """Return where a held point is fixed in its end, in quarter turns; EXACT: it is not."""
     name = found[HELD + index]
     if name < FIXED or name >= LAST_FIXED:
         return EXACT
@@ -86,18 +86,18 @@ def _place_of(index: int, found: Array) -> float:
 def _held_places(tilt_x: float, tilt_y: float, found: Array) -> Any:
     """
     Return the places of the four axes of a pair, in quarter turns: those that it has held, one of
-    them moved to where it is needed; or else a quarter turn apart, one along tau where it comes
-    from a tilt.
+    them moved to where it is needed. Or else they are a quarter turn apart, one of them where it
+    held one, or along tau where it comes from a tilt.
     """
-    count = int(found[HELD_COUNT])
-    if count != MOST or not (
-        min(_place_of(0, found), _place_of(1, found)) >= 0.0
-        and min(_place_of(2, found), _place_of(3, found)) >= 0.0
-    ):
-        share = 0.0
-        if count > 0:
-            share = math.floor(math.atan2(tilt_y, tilt_x) / QUARTER * SHARES + 0.5) / SHARES
-            share -= math.floor(share)
+    count, fixed, share = int(found[HELD_COUNT]), 0, 0.0
+    if count > 0:
+        share = math.floor(math.atan2(tilt_y, tilt_x) / QUARTER * SHARES + 0.5) / SHARES
+    for index in range(count):
+        place = _place_of(index, found)
+        if place != EXACT:
+            fixed, share = fixed + 1, place
+    if fixed < MOST:
+        share -= math.floor(share)
         return share, share + 1.0, share + 2.0, share + 3.0
     places = _place_of(0, found), _place_of(1, found), _place_of(2, found), _place_of(3, found)
     one, other = loaded_side(found)
