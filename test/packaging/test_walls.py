@@ -82,13 +82,23 @@ def tree_of(path: Path) -> ast.Module:
     return ast.parse(path.read_text(encoding='utf-8'))
 
 
+def statements(node: ast.AST) -> Iterator[ast.AST]:
+    """
+    What stands directly below a node and is, or holds, a statement: expressions hold none.
+    """
+    kinds = ast.stmt | ast.excepthandler | ast.match_case
+    return (child for child in ast.iter_child_nodes(node) if isinstance(child, kinds))
+
+
 @cache
 def imports(path: Path) -> set[str]:
     """
     Absolute dotted names of everything a module imports, function bodies included.
     """
-    found = set()
-    for node in ast.walk(tree_of(path)):
+    found, ahead = set(), [tree_of(path)]
+    while ahead:
+        node = ahead.pop()
+        ahead += statements(node)
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
@@ -161,7 +171,7 @@ def functions(path: Path) -> Iterator[tuple[str, ast.FunctionDef]]:
     """
 
     def inside(node: ast.AST, name: str) -> Iterator[tuple[str, ast.FunctionDef]]:
-        for child in ast.iter_child_nodes(node):
+        for child in statements(node):
             if isinstance(child, ast.FunctionDef | ast.ClassDef):
                 own = f'{name}.{child.name}'
                 if isinstance(child, ast.FunctionDef):
