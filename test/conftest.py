@@ -7,6 +7,7 @@ tests of pages.
 """
 
 import gc
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -46,6 +47,7 @@ TOGETHER = {'contact, first', 'contact, impacts', 'contact, forces', 'ros'}
 APART = {'stability'}  # folders whose tests compile little and may take long
 
 
+@cache
 def room_of(path):
     """
     The folder of a file of tests; of contact: which kernels it has.
@@ -89,7 +91,7 @@ def pytest_collection_modifyitems(items):
         room = room_of(item.path)
         later = ORDER.index(room) if room in ORDER else len(ORDER)
         later = -1 if item.path == HERE / FIRST else later
-        return later, 'lab' not in item.fixturenames, item.path
+        return later, 'lab' not in item.fixturenames, str(item.path)
 
     items.sort(key=rank)
 
