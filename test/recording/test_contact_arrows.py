@@ -114,16 +114,15 @@ def test_without_recorded_contacts_there_is_nothing_of_them(tmp_path):
     assert PageOf(page)['contacts'] is None
 
 
-@pytest.mark.parametrize(('shown', 'count'), [('true', 8), ('false', 0)])
-def test_a_browser_draws_the_arrows_of_the_instant_while_they_are_wanted(tab, page, shown, count):
-    tab.open(page.as_uri())
+def test_a_browser_draws_the_arrows_of_the_instant_while_they_are_wanted(tab, page):
+    tab.open(f'{page.as_uri()}#paused')
     tab.wait_for("document.body.dataset.state === 'ready'")
-    drawn = tab.evaluate(f"""(() => {{
-        view.layers.contact.checked = {shown};
-        view.seek(view.run.end);
-        return view.arrows.count.contact; }})()""")
-    assert drawn == count
-    assert ('contact force' in tab.evaluate("document.getElementById('legend').textContent")) == (
-        count > 0
-    )
+    for shown, count in (('true', 8), ('false', 0)):
+        drawn = tab.evaluate(f"""(() => {{
+            view.layers.contact.checked = {shown};
+            view.seek(view.run.end);
+            return view.arrows.count.contact; }})()""")
+        assert drawn == count
+        legend = tab.evaluate("document.getElementById('legend').textContent")
+        assert ('contact force' in legend) == (count > 0)
     assert tab.errors == []

@@ -685,7 +685,10 @@ def test_a_remapped_pose_is_of_the_body_that_lacks_one_or_whose_name_it_holds(re
     assert found == ({wire: wire for wire in (*twists, *left)} | own, lost)
 
 
-@pytest.mark.parametrize('there', ['nothing', 'an empty folder', 'the begin of a bag'])
+@pytest.mark.parametrize(
+    'there',
+    ['nothing', pytest.param('an empty folder', marks=pytest.mark.long), 'the begin of a bag'],
+)
 def test_who_waits_for_a_bag_is_stopped_by_ctrl_c_and_says_so(tmp_path, written, there):
     path = tmp_path / 'bag'
     if there == 'the begin of a bag':
