@@ -4,9 +4,9 @@
 The bits to which every integrator comes on bodies and points that are linked, and on tops: also a
 program, which prints whether kernels are compiled, and then a line for each.
 
-One of each scheme comes on what is linked. The others, which differ from it in their coefficients
-or in how a body turns alone, come on tops, which turn alone; that they are linked is left to
-`in_full`, and that something turns with a top, as with what is linked.
+One of each scheme comes on what is linked. Those that differ from it in how a body turns alone
+come on tops, which turn alone; that they are linked is left to `in_full`, and so are those that
+differ in coefficients alone, and that something turns with a top, as with what is linked.
 """
 
 import hashlib
@@ -22,6 +22,8 @@ else:
     from . import scenes
 
 NAMES = sorted(INTEGRATORS)
+# of the scheme and the free rotation of another of them: other coefficients alone
+ALIKE = {'blanes_moan4', 'dmv2', 'dmv4', 'dmv8', 'implicit_euler', 'rk8'}
 SHORT, LONG = 8, 20  # [tick] with a command, and as many again: a wrong operation shows at once
 
 
@@ -31,7 +33,7 @@ def lines(*in_full):
     """
     linked = NAMES if in_full else scenes.OF_EACH_KIND
     ticks = LONG if in_full else SHORT
-    for name in NAMES:
+    for name in NAMES if in_full else sorted({*NAMES} - ALIKE):
         if name in scenes.TURNING:
             bits = bits_of_bodies(name, ticks, linked=name in linked, in_full=bool(in_full))
         else:

@@ -103,8 +103,11 @@ def test_free_symmetric_top_converges_with_the_claimed_order(name):
     assert_free_order(error, name)
 
 
-@pytest.mark.parametrize('damping', [0.0, 0.8])
-@pytest.mark.parametrize('name', scenes.of_each_scheme(NAMES))
+@pytest.mark.parametrize('damping', [pytest.param(0.0, marks=pytest.mark.long), 0.8])
+@pytest.mark.parametrize(
+    'name',  # the implicit method of the first order would be compiled for its many ticks
+    scenes.mostly_long(NAMES, short=scenes.first_of_each_scheme(NAMES) - {'implicit_euler'}),
+)
 def test_spring_converges_with_the_claimed_order(name, damping, request):
     run_plain_if_few(name, request)
 
@@ -170,7 +173,13 @@ def attitude(h, integrator):
     return sim.state.orientation[0]
 
 
-@pytest.mark.parametrize('name', scenes.of_each_scheme(TURNING))
+@pytest.mark.parametrize(
+    'name',
+    scenes.mostly_long(
+        TURNING,  # those of the first order take so many ticks that each would be compiled
+        short=[n for n in scenes.first_of_each_scheme(TURNING) if INTEGRATORS[n].order > 1],
+    ),
+)
 def test_torque_that_follows_the_attitude_converges_with_the_claimed_order(name, request):
     """
     A top in a uniform field: a force in world axes at a point off the centre of mass, against the

@@ -59,17 +59,14 @@ OURS = {
     **dict.fromkeys(('dmv6', 'dmv8'), (4.0, 4.0, 4.0, 4.0)),
 }
 TABLE = PUBLISHED | OURS
-# of methods that turn matrices one, for the others have other coefficients; of the others one of
-# each scheme; three on all bodies, and all of them on the flip, where most have their least step
+# three on all bodies, and all on the flip, where most have their least step, but those that turn
+# matrices, of which each compiles anew
 ON_ALL_BODIES = {'dmv6', 'rk4', 'implicit_midpoint'}
-WITH_MATRIX = ('rk4' + MATRIX,)
 FLIP = 3  # its place among the bodies
 
 
 def is_short(name, place):
-    if name.endswith(MATRIX) and name not in WITH_MATRIX:
-        return False
-    return place == FLIP or name in ON_ALL_BODIES
+    return not name.endswith(MATRIX) and (place == FLIP or name in ON_ALL_BODIES)
 
 
 CELLS = [

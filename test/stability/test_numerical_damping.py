@@ -95,9 +95,7 @@ def test_energy_that_the_steps_take_is_told_once(name, product, loses):
         assert "'ball' may swing" in found[0]
 
 
-@pytest.mark.usefixtures('plain_source')
-def test_what_dampers_commands_and_contacts_take_is_no_loss_of_the_method(tmp_path, verb):
-    assert told(swing(0.1, damping=2.0), 4.0, integrator='rk4') == []
+def test_what_contacts_take_is_no_loss_of_the_method():
     falls = swing(0.1)
     falls['gravity'] = [0, 0, -9.81]
     falls['bodies'][0]['shape'] = {'type': 'sphere', 'radius': 0.1}
@@ -105,6 +103,11 @@ def test_what_dampers_commands_and_contacts_take_is_no_loss_of_the_method(tmp_pa
     falls['forces'] = []
     falls['contact'] = {'mode': 'timestep'}
     assert told(falls, 1.0) == []
+
+
+@pytest.mark.usefixtures('plain_source')
+def test_what_dampers_and_commands_take_is_no_loss_of_the_method(tmp_path, verb):
+    assert told(swing(0.1, damping=2.0), 4.0, integrator='rk4') == []
     # and by the balance of the verb, which knows what dampers take
     for damping, name, loses in ((2.0, 'rk4', 0), (1e-3, 'implicit_euler', 1)):
         path = tmp_path / f'{name}.yaml'

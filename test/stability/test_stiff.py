@@ -76,8 +76,16 @@ def test_a_spring_that_grows_was_warned_of_and_one_that_does_not_was_not(name):
         assert slow or bool(warnings) == grows
 
 
-@pytest.mark.parametrize('name', ANY_STEP)
-@pytest.mark.parametrize('stiffness', STIFFNESSES)
+@pytest.mark.parametrize(
+    'name', [pytest.param(ANY_STEP[0], marks=pytest.mark.long), *ANY_STEP[1:]]
+)
+@pytest.mark.parametrize(
+    'stiffness',
+    [
+        pytest.param(stiffness, marks=() if i in (0, 4, 11) else pytest.mark.long)
+        for i, stiffness in enumerate(STIFFNESSES)
+    ],
+)
 def test_methods_for_any_step_stay_bounded_and_warn_of_nothing(name, stiffness):
     scene = cases.on_a_spring(dt=DT, stiffness=stiffness)
     assert not Simulation(scene, integrator=name).warnings()
