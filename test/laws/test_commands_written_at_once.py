@@ -40,8 +40,14 @@ SCENES = {
 }
 
 
-@pytest.mark.parametrize('metered', [False, True], ids=['', 'with its energy balance'])
-@pytest.mark.parametrize('frame', ['world', 'body'])
+@pytest.mark.parametrize(
+    ('frame', 'metered'),
+    [
+        ('world', False), ('body', True),
+        pytest.param('world', True, marks=pytest.mark.long),
+        pytest.param('body', False, marks=pytest.mark.long),
+    ],
+)  # fmt: skip
 @pytest.mark.parametrize('name', SCENES)
 def test_other_numbers_in_each_tick_act_as_commands_put_anew(name, frame, metered):
     """Put anew: a copy of the simulation, which has forgotten how it wrote the last ones."""

@@ -113,7 +113,7 @@ def test_natural_ends_bend_least():
     assert bending(natural) < bending(free)
 
 
-@pytest.mark.parametrize('seed', [0, 1])
+@pytest.mark.parametrize('seed', [0, pytest.param(1, marks=pytest.mark.long)])
 def test_with_noise_the_deviation_is_that_of_the_error(seed):
     random = np.random.default_rng(seed)
     t = np.linspace(START, START + 4.0, 800)

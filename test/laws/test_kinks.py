@@ -51,7 +51,7 @@ def long(value):
 
 
 @pytest.mark.parametrize('kind', [0, 1])
-@pytest.mark.parametrize('seed', [*range(3), *map(long, range(3, 12))])
+@pytest.mark.parametrize('seed', [*range(2), *map(long, range(2, 12))])
 def test_jumps_of_exact_samples_are_found_at_their_instants(seed, kind):
     t, position, velocity, instants = jumpy(seed, kind)
     found = inverse_kinematics(t, position)
@@ -59,7 +59,7 @@ def test_jumps_of_exact_samples_are_found_at_their_instants(seed, kind):
     assert rms(found.velocity - velocity) < 1e-3  # of 0.5 m/s and more; smeared: 0.05
 
 
-@pytest.mark.parametrize('draws', [4, long(12)])
+@pytest.mark.parametrize('draws', [2, long(12)])
 @pytest.mark.parametrize(
     ('noise', 'kind'),
     [
@@ -81,7 +81,7 @@ def test_velocities_beside_jumps_are_no_worse_than_told(noise, kind, draws):
 
 
 @pytest.mark.parametrize('draws', [2, long(20)])
-@pytest.mark.parametrize('noise', [0.0, 1e-9, 1e-6, 1e-3])
+@pytest.mark.parametrize('noise', [0.0, long(1e-9), 1e-6, long(1e-3)])
 def test_smooth_samples_have_no_jumps_whatever_their_noise(noise, draws):
     for seed in range(draws):
         random = np.random.default_rng(seed)

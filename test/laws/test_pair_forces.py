@@ -125,7 +125,9 @@ def test_gravity_among_less_than_two_known_bodies_is_refused(among):
         scene([ball('a', 1.0), ball('b', 1.0)], {'type': 'gravity', 'among': among})
 
 
-@pytest.mark.parametrize('masses', [(1.0, 1.0), (1.0, 3.0), (2.0, 500.0)])
+@pytest.mark.parametrize(
+    'masses', [(1.0, 1.0), pytest.param((1.0, 3.0), marks=pytest.mark.long), (2.0, 500.0)]
+)
 @pytest.mark.parametrize('name', ['dmv6', 'rk4'])
 def test_two_masses_on_a_bumper_part_as_after_an_elastic_impact(name, masses):
     bodies = [

@@ -142,7 +142,11 @@ def test_a_recording_begun_among_contacts_replays_identically(tmp_path, begin):
     assert replay(path).difference is None
 
 
-@pytest.mark.parametrize('begin', (0, 330, SETTLED + 24), ids=lambda k: f'tick {k}')
+@pytest.mark.parametrize(
+    'begin',
+    (0, pytest.param(330, marks=pytest.mark.long), SETTLED + 24),
+    ids=lambda k: f'tick {k}',
+)
 def test_a_tower_that_sleeps_and_is_woken_replays_with_its_contacts(tmp_path, begin):
     scene = load_scene({**SCENE, 'contact': {'mode': 'timestep', 'sleeping': True}})
     settings = RunSettings(publish_every=5, publish_contacts=True, command_timeout_ns=0)

@@ -78,12 +78,16 @@ def by_both(text):
     return (None if short_way is UserError else short_way), (None if refused else long_way)
 
 
-@settings(max_examples=150, deadline=None)
-@given(MAPPINGS, st.booleans())
-def test_values_come_out_as_from_the_tree_of_nodes(content, flow):
-    text = yaml.safe_dump(content, default_flow_style=flow).encode()
-    short, long = by_both(text)
-    assert short == long
+@pytest.mark.parametrize('draws', [50, pytest.param(150, marks=pytest.mark.long)])
+def test_values_come_out_as_from_the_tree_of_nodes(draws):
+    @settings(max_examples=draws)
+    @given(MAPPINGS, st.booleans())
+    def holds(content, flow):
+        text = yaml.safe_dump(content, default_flow_style=flow).encode()
+        short, long = by_both(text)
+        assert short == long
+
+    holds()
 
 
 @settings(max_examples=300, deadline=None)
