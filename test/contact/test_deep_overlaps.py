@@ -173,7 +173,9 @@ def test_the_deepest_gap_is_that_of_every_tick_whoever_looks():
 
 
 @pytest.mark.parametrize('tilt', [0.0, pytest.param(0.1, marks=pytest.mark.long), 0.3])
-@pytest.mark.parametrize(('gap', 'mass'), [(0.06, 0.1), (0.08, 1e-3), (0.075, 0.5)])
+@pytest.mark.parametrize(
+    ('gap', 'mass'), [(0.06, 0.1), (0.08, 1e-3), pytest.param(0.075, 0.5, marks=pytest.mark.long)]
+)
 def test_what_is_jammed_in_a_clamp_that_is_too_narrow_stays_there_and_says_so(gap, mass, tilt):
     """
     Both jaws push it out, and it cannot obey both: what they give must not grow without end.

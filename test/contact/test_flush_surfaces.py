@@ -69,7 +69,7 @@ def test_what_rolls_slowly_is_not_tilted_where_passes_over_its_constraints_end()
         assert hop < HOP, (kind, how, speed)
 
 
-@pytest.mark.parametrize('draws', [4, pytest.param(8, marks=pytest.mark.long)])
+@pytest.mark.parametrize('draws', [2, pytest.param(8, marks=pytest.mark.long)])
 @pytest.mark.parametrize('floor', ghosts.FLOORS)
 def test_a_slow_ball_leaves_no_load_with_the_edge_behind_it(floor, draws):
     """A share of 1e-3 of its weight for two ticks is 1e-3 of 0.1 m/s."""
@@ -295,7 +295,7 @@ def courses(rng, wide=2.0):
     return bricks
 
 
-@pytest.mark.parametrize('draws', [60, pytest.param(200, marks=pytest.mark.long)])
+@pytest.mark.parametrize('draws', [40, pytest.param(200, marks=pytest.mark.long)])
 def test_an_upright_cylinder_that_comes_to_a_wall_of_bricks_at_an_angle_slides_along_it(draws):
     """
     Without friction and gravity: it loses its speed across, not that along, and does not turn. A
@@ -324,14 +324,15 @@ def test_an_upright_cylinder_that_comes_to_a_wall_of_bricks_at_an_angle_slides_a
         assert np.abs(spin).max() < 1e-3, draw
 
 
-def test_a_disc_that_leans_by_a_hair_strikes_joined_hulls_as_one_wall():
+@pytest.mark.parametrize('draws', [20, pytest.param(60, marks=pytest.mark.long)])
+def test_a_disc_that_leans_by_a_hair_strikes_joined_hulls_as_one_wall(draws):
     """
     What leans over a tile is nearest where its rim crosses the edge of that. Where this was the
     contact, it had one point, along a normal of its own, which the next tile covered: discs that
     leaned by 1e-7 rad and more struck one of two tiles, and were turned by up to 1 rad/s.
     """
     rng, upright = np.random.default_rng(5), np.sqrt(0.5)
-    for draw in range(60):
+    for draw in range(draws):
         turn = rng.uniform(0.0, np.pi)
         cosine, sine = np.cos(turn), np.sin(turn)
         off, lean = rng.uniform(-0.03, 0.03), 10 ** rng.uniform(-8.0, -4.0)

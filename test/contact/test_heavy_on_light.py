@@ -66,11 +66,14 @@ def falls(sim, heavies, *, gap, ticks):
 @pytest.mark.parametrize(
     ('seed', 'gap'),
     [
-        *((seed, 0.0) for seed in (1, 2, 3, 7)),  # two, two pairs, six; and pairs again
-        *((seed, MILLIMETRE) for seed in (2, 3)),
+        *((seed, 0.0) for seed in (1, 2, 3)),  # two, two pairs, six
+        (3, MILLIMETRE),
         # a hundred passes and more in each substep
-        *(pytest.param(seed, MILLIMETRE, marks=pytest.mark.long) for seed in (0, 1, 4, 5, 6, 7)),
-        *(pytest.param(seed, 0.0, marks=pytest.mark.long) for seed in (0, 4, 5, 6)),
+        *(
+            pytest.param(seed, MILLIMETRE, marks=pytest.mark.long)
+            for seed in (0, 1, 2, 4, 5, 6, 7)
+        ),
+        *(pytest.param(seed, 0.0, marks=pytest.mark.long) for seed in (0, 4, 5, 6, 7)),
     ],
 )
 def test_heavy_stands_on_light_within_a_millimetre(seed, gap):

@@ -46,7 +46,12 @@ def as_hull(half):
 
 @pytest.mark.parametrize('gap', [-1e-4, pytest.param(1e-4, marks=pytest.mark.long)])
 @pytest.mark.parametrize(
-    ('lower', 'upper'), [(cases.box, cases.box), (cases.box, as_hull), (as_hull, as_hull)]
+    ('lower', 'upper'),
+    [
+        (cases.box, cases.box),
+        (as_hull, as_hull),
+        pytest.param(cases.box, as_hull, marks=pytest.mark.long),
+    ],
 )
 def test_the_face_that_gives_the_normal_gives_it_until_another_is_better(lower, upper, gap):
     """
@@ -90,12 +95,13 @@ def test_edges_of_boxes_that_met_meet_until_a_face_is_nearly_as_good():
     assert 0.4 * up < down < 0.6 * up  # HELD_LEAD
 
 
-def test_boxes_that_lie_nearly_flat_on_each_other_meet_as_sides():
+@pytest.mark.parametrize('draws', [120, pytest.param(400, marks=pytest.mark.long)])
+def test_boxes_that_lie_nearly_flat_on_each_other_meet_as_sides(draws):
     """
     Within 2 mrad of parallel no crossing of edges stands for the patch of two sides.
     """
     rng = np.random.default_rng(4)
-    for _ in range(400):
+    for _ in range(draws):
         a, b = (cases.box(rng.uniform(0.05, 0.15, 3)) for _ in range(2))
         leans = rng.uniform(-1.0, 1.0, 2) * 1.3e-3  # together below 2 mrad
         turn = about(2, rng.uniform(0.0, np.pi)) @ about(0, leans[0]) @ about(1, leans[1])

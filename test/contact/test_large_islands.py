@@ -31,7 +31,7 @@ def block(wide, high, speed):
 
 
 @pytest.mark.parametrize(
-    ('wide', 'high'), [(2, 10), (4, 10), pytest.param(6, 10, marks=pytest.mark.long)]
+    ('wide', 'high'), [(3, 10), *(pytest.param(n, 10, marks=pytest.mark.long) for n in (2, 4, 6))]
 )
 def test_passes_grow_fewer_by_the_root_of_the_bodies_of_an_island(wide, high):
     count = wide * wide * high

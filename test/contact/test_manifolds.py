@@ -457,10 +457,11 @@ def flat_ones(points, gaps, held=()):
     return found[to + 3 : to + FLAT_POINT * count : FLAT_POINT].astype(int).tolist()
 
 
+@pytest.mark.parametrize('draws', [100, pytest.param(300, marks=pytest.mark.long)])
 @pytest.mark.parametrize('chosen', [extremes, flat_ones])
-def test_what_presses_is_kept_before_what_is_apart_wherever_it_lies(chosen):
+def test_what_presses_is_kept_before_what_is_apart_wherever_it_lies(chosen, draws):
     rng = np.random.default_rng(8)
-    for _ in range(300):
+    for _ in range(draws):
         n = int(rng.integers(5, 13))
         points = np.column_stack((rng.normal(size=(n, 2)), np.zeros(n)))
         skin = SKIN * max(np.abs(points - points[0]).max(), 1e-9)

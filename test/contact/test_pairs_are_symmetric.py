@@ -23,11 +23,12 @@ def ordered(found):
     return np.array(sorted(zip(found.features, found.gaps, *found.places.T)))
 
 
+@pytest.mark.parametrize('draws', [150, pytest.param(500, marks=pytest.mark.long)])
 @pytest.mark.parametrize('pair', ANALYTIC, ids=name)
-def test_manifold_moves_with_the_two_shapes(pair):
+def test_manifold_moves_with_the_two_shapes(pair, draws):
     rng = np.random.default_rng(11)
-    turns, shifts = random_turns(rng, 500), rng.normal(size=(500, 3))
-    for (a, b), turn, shift in zip(random_pairs(pair, 500, rng), turns, shifts):
+    turns, shifts = random_turns(rng, draws), rng.normal(size=(draws, 3))
+    for (a, b), turn, shift in zip(random_pairs(pair, draws, rng), turns, shifts):
         here = collide(a, b, MARGIN)
         there = collide(a.moved(turn, shift), b.moved(turn, shift), MARGIN)
         if not len(here):

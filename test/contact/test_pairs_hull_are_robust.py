@@ -115,7 +115,7 @@ def check(found, case):
         assert len(set(found.features)) == len(found), (case, found)
 
 
-@pytest.mark.parametrize('draws', [60, pytest.param(300, marks=pytest.mark.long)])
+@pytest.mark.parametrize('draws', [30, pytest.param(300, marks=pytest.mark.long)])
 def test_a_manifold_is_finite_and_within_the_margin_for_any_polyhedra(draws):
     @settings(max_examples=draws)
     @given(hard_pairs())

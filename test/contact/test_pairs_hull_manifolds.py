@@ -115,7 +115,7 @@ def test_a_tilted_hull_on_a_plane_reports_the_corners_within_the_margin_and_no_o
     assert np.allclose(found.places[:, 2], 0.25 + 0.5 * depth, rtol=0.0, atol=1e-15)
 
 
-DRAWS = pytest.mark.parametrize('draws', [60, pytest.param(300, marks=pytest.mark.long)])
+DRAWS = pytest.mark.parametrize('draws', [30, pytest.param(300, marks=pytest.mark.long)])
 
 
 @DRAWS

@@ -187,7 +187,11 @@ def law_of_braking(sim, body, radius, share):
     return (20 - sim.state.angular_velocity[-1, 2]) / (braking * sim.time)
 
 
-@pytest.mark.parametrize('on_plane', [True, False], ids=['on a plane', 'on a box'])
+@pytest.mark.parametrize(
+    'on_plane',
+    [True, pytest.param(False, marks=pytest.mark.long)],
+    ids=['on a plane', 'on a box'],
+)
 @pytest.mark.parametrize('name', FACES)
 def test_a_face_of_many_corners_is_braked_by_the_law_of_its_polygon(name, on_plane):
     # its four points stand for a face that is none of a rectangle or a disc

@@ -301,7 +301,7 @@ def test_energy_of_a_short_cylinder_rises_in_no_tick_while_it_tumbles(friction, 
     assert _largest_rise(thick=2 * R, drop=0.05, friction=friction, roll=roll) < FEW
 
 
-@pytest.mark.parametrize('friction', [0.0, 0.2, 0.8])
+@pytest.mark.parametrize('friction', [0.0, pytest.param(0.2, marks=pytest.mark.long), 0.8])
 def test_energy_of_a_coin_rises_in_no_tick_while_it_tumbles_and_falls_flat(friction):
     assert _largest_rise(drop=0.05, friction=friction) < FEW
     for drop in (0.0, 0.05):
