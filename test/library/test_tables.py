@@ -6,7 +6,6 @@ import csv
 import json
 
 import numpy as np
-import pandas as pd
 import pytest
 from pyarrow import parquet
 
@@ -19,13 +18,21 @@ QUANTITIES = {'position': 'xyz', 'orientation': 'xyzw', 'velocity': 'xyz',
 ENERGIES = ['kinetic_energy', 'potential_energy', 'energy']
 
 
+@pytest.fixture
+def pd():
+    """Imported by who reads a table, not by each worker that reads the tests."""
+    import pandas
+
+    return pandas
+
+
 def bits(values):
     """The bytes of doubles."""
     return np.asarray(values, dtype=np.float64).tobytes()
 
 
 @pytest.mark.parametrize('suffix', ['csv', 'parquet'])
-def test_an_export_has_the_numbers_of_the_bag_to_the_bit(bag, suffix, tmp_path):
+def test_an_export_has_the_numbers_of_the_bag_to_the_bit(pd, bag, suffix, tmp_path):
     file = tmp_path / f'run.{suffix}'
     assert main(['export', str(bag), '-o', str(file)]) == 0
     if suffix == 'csv':
@@ -67,7 +74,7 @@ def test_a_dataset_names_its_dimensions_and_units(run):
     assert data.torque.attrs['units'] == 'N m' and data.energy.dims == ('time',)
 
 
-def test_files_of_a_run_are_replaced_as_a_whole(run, tmp_path):
+def test_files_of_a_run_are_replaced_as_a_whole(pd, run, tmp_path):
     for write, name in ((run.to_parquet, 'run.parquet'), (run.to_csv, 'run.csv')):
         (tmp_path / name).write_text('old')
         write(tmp_path / name)
