@@ -111,9 +111,8 @@ def _held_places(tilt_x: float, tilt_y: float, found: Array) -> Any:
             inside += 1 if _within(_place_of(index, found) - begin) < arc else 0
     if inside == 1:  # the two bear across
         return places
-    if inside == 2:
-        begin, arc = end, 4.0 - arc
-        middle += 2.0
+    if inside == 2:  # the arc beyond is the other one
+        arc, middle = 4.0 - arc, middle + 2.0
     if arc < SHORT:
         return places
     middle = _within(math.floor(middle * SHARES + 0.5) / SHARES)
