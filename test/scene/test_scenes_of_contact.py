@@ -181,7 +181,7 @@ def lowest_corners(pile: Simulation) -> NDArray[np.float64]:
 @pytest.mark.parametrize(
     ('reach', 'count', 'height'),
     [
-        pytest.param(0.5, 40, 0.5, id='its middle'),
+        pytest.param(0.5, 40, 0.4, id='its middle'),
         pytest.param(0.9, 160, 0.6, id='more of it', marks=pytest.mark.long),
         pytest.param(2.2, 1000, 1.1, id='whole', marks=pytest.mark.long),
     ],
@@ -194,7 +194,8 @@ def test_pile_of_1000_settles_on_the_ground_and_loses_no_box(reach, count, heigh
     # an overlap that an impact left goes fast down to r/200, and then, that energy may not rise,
     # at 0.6 r h = 0.1 mm/s
     assert lowest_corners(pile).min() > -0.1 * math.sqrt(3.0) / 200
-    assert pile.state.position[:, 2].max() == pytest.approx(height, abs=0.2)  # a heap, by chance
+    # a heap, by chance: that of 40 is 0.30 to 0.50 m high in twelve draws moved by 1e-6 m
+    assert pile.state.position[:, 2].max() == pytest.approx(height, abs=0.2)
     assert np.percentile(np.abs(pile.state.position[:, :2]), 99) < 4.0
     moving = np.linalg.norm(pile.state.velocity, axis=1) > 0.01
     assert np.mean(moving) < 0.1
