@@ -60,7 +60,8 @@ from rigid_body_sim.physics.contact.collision.collider import (
     ColliderArrays,
 )
 from rigid_body_sim.physics.contact.collision.geometry import manifold
-from rigid_body_sim.physics.contact.collision.geometry.loaded_side import bear_on_one_side
+from rigid_body_sim.physics.contact.collision.geometry.loaded_side import NONE as NO_SIDE
+from rigid_body_sim.physics.contact.collision.geometry.loaded_side import loaded_side
 from rigid_body_sim.physics.contact.collision.geometry.manifold import write_normal, write_point
 from rigid_body_sim.physics.contact.collision.recycled_record import (
     DIRECTION_A,
@@ -217,7 +218,7 @@ def recall_pair(
     elif turned == manifold.SHAPE_B:
         _turn(POSE_B, normal, found)
     angle = TOLERANCE
-    if kept[record + FACE_AREA] > 0.0 and bear_on_one_side(found):
+    if kept[record + FACE_AREA] > 0.0 and loaded_side(found)[0] != NO_SIDE:
         angle = TIPS
     return record, _recall(record, normal, near, angle, least, margin, kept, found)
 

@@ -54,25 +54,12 @@ def bear(found: Array) -> bool:
 
 
 @inline
-def _are_a_side(second: int, most: float, next_to_it: float) -> bool:
-    """Tell whether the two that bear most, of shares of the load, bear all of it between them."""
-    return second != NONE and most < BY_ONE and most + next_to_it > BY_TWO
-
-
-@inline
 def loaded_side(found: Array) -> Any:
     """Return which two of the four held points bear all of the load between them, or NONE."""
     first, second, most, next_to_it = _bearers(found)
-    if _are_a_side(second, most, next_to_it):
+    if second != NONE and most < BY_ONE and most + next_to_it > BY_TWO:
         return first, second
     return NONE, NONE
-
-
-@inline
-def bear_on_one_side(found: Array) -> bool:
-    """Tell whether two of four held points bear all of the load between them."""
-    _, second, most, next_to_it = _bearers(found)
-    return _are_a_side(second, most, next_to_it)
 
 
 @inline
@@ -107,9 +94,9 @@ def gives_way(found: Array, points: Array, a: int, b: int, c: int, d: int, norma
     Returns which, or NONE; the direction n out of the side, of any length; h = n . x on the side;
     and by how much more of h a point must be farther out than another.
     """
-    one, other, most, next_to_it = _bearers(found)
+    one, other = loaded_side(found)
     nothing = NONE, (0.0, 0.0, 0.0), 0.0, 0.0
-    if not _are_a_side(other, most, next_to_it):
+    if one == NONE:
         return nothing
     begin = load(points, one_of(one, a, b, c, d))
     side = subtract(load(points, one_of(other, a, b, c, d)), begin)
@@ -118,7 +105,8 @@ def gives_way(found: Array, points: Array, a: int, b: int, c: int, d: int, norma
     inner, outer = _reach(points, out, level, one, other, a, b, c, d)
     if inner < 0.0 < outer:  # the two bear across
         return nothing
-    borne_at = add_scaled(begin, next_to_it / (most + next_to_it), side)
+    borne = found[HELD_IMPULSES + other]
+    borne_at = add_scaled(begin, borne / (borne + found[HELD_IMPULSES + one]), side)
     farthest, chosen = -1.0, NONE
     for index in range(MOST):
         away = subtract(load(points, one_of(index, a, b, c, d)), borne_at)
