@@ -269,11 +269,11 @@ def test_momentum_and_angular_momentum_of_two_that_collide_stay_to_the_last_digi
         assert np.abs(sim.state.angular_velocity[:2] - spin).max() < 1e-12
 
 
-def block_of_balls(spacing, restitution, dt):
+def block_of_balls(spacing, restitution, dt, *, seed=2):
     """
     6 x 6 x 6 balls of 10 kg and radius 0.1 m that fall (V25 and V26, after SimBenchmark).
     """
-    rng = np.random.default_rng(2)
+    rng = np.random.default_rng(seed)
     places = np.stack(np.meshgrid(*[np.arange(6.0)] * 3), axis=-1).reshape(-1, 3)
     places = spacing * places + (0, 0, 1.101) + rng.uniform(-0.001, 0.001, size=places.shape)
     material = {'restitution': restitution, 'friction': 0.0}
@@ -283,15 +283,18 @@ def block_of_balls(spacing, restitution, dt):
     return Simulation(scene([ground(material=material), *bodies], dt=dt))
 
 
-def test_balls_that_pile_up_overlap_less_in_shorter_ticks():
+@pytest.mark.parametrize(
+    'seed', [2, *(pytest.param(seed, marks=pytest.mark.long) for seed in (0, 1, 3, 4, 5))]
+)
+def test_balls_that_pile_up_overlap_less_in_shorter_ticks(seed):
     """
     Verification case V25: inelastic balls overlap by no more than what the first go in a substep
-    when they land, sqrt(2 g z) h, and in the mean less in shorter ones (as h: 0.5, and 0.75 since
-    they are not the same impacts).
+    when they land, sqrt(2 g z) h, and in the mean less in shorter ones. As h: 0.25; 0.6 since they
+    are not the same impacts (six draws: 0.42 to 0.54).
     """
     overlap = []
-    for dt in (0.004, 0.002):
-        sim = block_of_balls(0.21, 0.0, dt)
+    for dt in (0.004, 0.001):
+        sim = block_of_balls(0.21, 0.0, dt, seed=seed)
         found, most = [], (2 * G * 1.0) ** 0.5 * dt / 4
         for _ in range(round(1.0 / (5 * dt))):
             sim.step(5)
@@ -299,7 +302,7 @@ def test_balls_that_pile_up_overlap_less_in_shorter_ticks():
             found += (-gaps[gaps < 0.0]).tolist()
             assert -gaps.min(initial=0.0) < most
         overlap.append(np.mean(found))
-    assert 0.0 < overlap[1] < 0.75 * overlap[0]
+    assert 0.0 < overlap[1] < 0.6 * overlap[0]
 
 
 @pytest.mark.parametrize(

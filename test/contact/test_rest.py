@@ -11,9 +11,11 @@ import numpy as np
 import pytest
 
 from rigid_body_sim import load_scene
+from rigid_body_sim.physics.model.scene import Body, Material
+from rigid_body_sim.physics.model.shapes import Plane
 from rigid_body_sim.physics.simulation import Simulation
 
-from .touching import DT, G, box, ground, lean, scene, stack
+from .touching import DT, G, ball, box, ground, lean, scene, stack
 
 
 @cache
@@ -286,6 +288,33 @@ def test_the_sink_of_what_comes_to_rest_falls_with_the_square_of_the_substep():
         most = 1e-3 * (12 + 1) * G / (2 * math.pi * 0.25 * substeps / DT) ** 2
         assert sunk[-1] == pytest.approx(most, rel=1e-3)
     assert np.log2(np.array(sunk[:-1]) / np.array(sunk[1:])) == pytest.approx(2.0, abs=1e-3)
+
+
+@pytest.mark.parametrize('slide', [0.0, 0.5])
+@pytest.mark.parametrize('steep', [30, 45, 60, 70, 73, 77, 80, 82])
+def test_a_ball_in_a_groove_presses_on_both_walls_by_its_weight(steep, slide):
+    """
+    On smooth walls at an angle a to the ground, at rest or sliding down along them, each bears
+    m g / (2 cos a). What passes leave shrinks by cos^2 of the angle between the walls in each, so
+    steep ones are found to 5e-5 after a second (82 degrees), in place of rounding.
+    """
+    a, smooth = math.radians(steep), {'friction': 0.0}
+    walls = [
+        Body(f'wall {i}', Plane((side * math.sin(a), 0.0, math.cos(a))), 0.0, fixed=True,
+             material=Material(**smooth))
+        for i, side in enumerate((1.0, -1.0))
+    ]  # fmt: skip
+    lies = ball('ball', 0.1, (0, 0, 0.1 / math.cos(a)), material=smooth)
+    gravity = (0.0, G * math.sin(slide), -G * math.cos(slide))
+    sim = Simulation(scene([*walls, lies], dt=0.004, gravity=gravity))
+    sim.step(250)
+    load = G * math.cos(slide) / (2.0 * math.cos(a)) * sim.dt
+    for _ in range(50):
+        sim.step(1)
+        contacts = sim.contacts()
+        pressed = (contacts.impulse * contacts.normal).sum(axis=1)
+        assert pressed == pytest.approx([load, load], rel=1e-4)
+        assert np.abs(contacts.gap).max() < 1e-6
 
 
 @pytest.mark.parametrize('substeps', [4, 16])

@@ -38,6 +38,7 @@ from rigid_body_sim.physics.contact.islands import jammed, sleep
 from rigid_body_sim.physics.contact.islands.unsettled import NEAR, go_ahead
 from rigid_body_sim.physics.contact.solver import forces_of_state, pivots, variable_mass
 from rigid_body_sim.physics.contact.solver.iterations import PASSES
+from rigid_body_sim.physics.contact.solver.solve import STRUCK
 from rigid_body_sim.physics.integration.schemes import steps
 from rigid_body_sim.physics.state import blocks
 
@@ -47,7 +48,6 @@ Array = NDArray[np.float64]
 # what the last one has changed by more than STRUCK. Islands left unsettled go on as a whole
 # (`islands.unsettled`): what is left of an impact, or of a heavy load, sinks in over a substep,
 # and is lifted again with a gain of energy.
-STRUCK = 1e-3  # [m/s] more lets heaps gain energy, less costs time
 STIRRED = 1e-4  # [m/s] the same after the motion; with ten times more heaps tremble so much more
 STEP = 1.7  # [-] over-relaxation of those passes where balls meet (SOR)
 REST = 1e-7  # [m/s] the same for the first `relaxations` passes; more lets stacks tremble
