@@ -63,10 +63,10 @@ from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_records 
 )
 from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_scratch import (
     FREE,
-    KEYS,
     LISTED,
     QUERY_HIGH,
     QUERY_LOW,
+    key_of_pair_id,
 )
 from rigid_body_sim.physics.vectors import add_scaled, dot, load, subtract
 
@@ -83,8 +83,7 @@ stays_apart = slot('kernel (a, b, count, horizon, normal, ...): tells whether an
 @inline
 def key_of(record: int, manifolds: Array) -> float:
     """Return the key of a manifold of ground among those of its pair, see `surface_scratch`."""
-    pair_id = manifolds[record + manifold_record.PAIR_ID]
-    return (pair_id - math.floor(pair_id)) * KEYS
+    return key_of_pair_id(manifolds[record + manifold_record.PAIR_ID])
 
 
 @kernel

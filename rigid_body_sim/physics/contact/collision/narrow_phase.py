@@ -331,7 +331,7 @@ def _find_manifolds(
         if GROUND and type_b == SURFACE:
             _tell_ground(row_a, row_b, h, swept, found)
         _tell_motions(a, b, h, colliders, bodies, found)
-        if HOLDS and not (GROUND and type_b == SURFACE):
+        if HOLDS:
             held_features.tell(index, type_a, type_b, recycling.held, found)
         known, points = NONE, 0
         if RECYCLES:

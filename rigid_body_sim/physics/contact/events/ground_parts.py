@@ -51,10 +51,10 @@ from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_records 
 )
 from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_scratch import (
     KEY,
-    KEYS,
     RESULT,
     RESULTS,
     RESULTS_USED,
+    key_of_pair_id,
 )
 from rigid_body_sim.physics.contact.collision.nearest_axis import (
     TOUCHING,
@@ -274,7 +274,7 @@ def result_of(pair_id: float, found: Array) -> int:
     Where the manifold of a pair id begins among those that a surface was asked for last; below 0:
     it is not among them.
     """
-    key = (pair_id - math.floor(pair_id)) * KEYS
+    key = key_of_pair_id(pair_id)
     for at in range(RESULTS, RESULTS + RESULT * int(found[RESULTS_USED]), RESULT):
         if found[at + KEY] == key:
             return at

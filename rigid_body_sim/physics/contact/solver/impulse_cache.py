@@ -27,6 +27,7 @@ from rigid_body_sim.physics.contact.collision import (
 )
 from rigid_body_sim.physics.contact.collision.collider import ColliderArrays
 from rigid_body_sim.physics.contact.collision.geometry import manifold
+from rigid_body_sim.physics.contact.collision.geometry.surfaces import surface_scratch
 from rigid_body_sim.physics.contact.solver import (
     cache_record,
     constraint,
@@ -227,11 +228,28 @@ def find_recycled(pairs: int, pair_ids: Indices, cache: Array, places: Indices) 
             places[index] = cache_record.behind_points(old, cache)
 
 
+@inline
+def _most_loaded(pair: float, old: int, left: int, cache: Array) -> int:
+    """
+    Return which manifold of a pair in the cache bore most, or NEW; old : where the first one is
+    that is of this pair or a later one;   left : how many there are from there on
+    """
+    found, most = NEW, -1.0
+    for _ in range(left):
+        if not cache[old + cache_record.PAIR_ID] < pair + 1.0:
+            break
+        load = load_of(old, cache)
+        if load > most:
+            found, most = old, load
+        old = cache_record.next_entry(old, cache)
+    return found
+
+
 @kernel
 def find_held(pairs: int, pair_ids: Indices, cache: Array, held: Array) -> None:
     """
-    Find the features of the points that each pair had in the last tick, and their impulses; held:
-    see `collision.held_features`.
+    Find the features of the points that each pair had in the last tick, and their impulses, of
+    several manifolds those of the one that bore most; held: see `collision.held_features`.
     """
     left = int(cache[cache_record.MANIFOLDS])
     old = cache_record.HEAD
@@ -239,12 +257,15 @@ def find_held(pairs: int, pair_ids: Indices, cache: Array, held: Array) -> None:
         pair = float(pair_ids[index])
         old, left = _walk_to(pair, old, left, cache)
         row = index * held_features.SIZE
-        count = 0
-        if left > 0 and cache[old + cache_record.PAIR_ID] == pair:
-            count = int(cache[old + cache_record.POINTS])
+        count, entry = 0, _most_loaded(pair, old, left, cache)
+        if entry != NEW:
+            count = int(cache[entry + cache_record.POINTS])
+            held[row + held_features.KEY] = surface_scratch.key_of_pair_id(
+                cache[entry + cache_record.PAIR_ID]
+            )
         held[row + held_features.COUNT] = float(count)
         for point in range(count):
-            place = old + cache_record.MANIFOLD_HEAD + point * cache_record.POINT_SIZE
+            place = entry + cache_record.MANIFOLD_HEAD + point * cache_record.POINT_SIZE
             held[row + held_features.FEATURES + point] = cache[place + cache_record.FEATURE]
             pressed = cache[place + cache_record.NORMAL_IMPULSE]
             held[row + held_features.IMPULSES + point] = pressed

@@ -65,6 +65,7 @@ TURN = manifold.vector('rad', 'asked with: how far it turns, world axes; zeros: 
 HELD_COUNT = manifold.number('-', 'asked with: how many points the pair had in the last tick')
 HELD = manifold.numbers(MOST, '-', 'asked with: their features')
 HELD_IMPULSES = manifold.numbers(MOST, 'N s', 'asked with: by which they pressed')
+HELD_KEY = manifold.number('-', 'asked with: on which facet of ground of triangles that was')
 SCRATCH = manifold.size  # where a kernel may keep what it likes
 FOUND = 4096  # numbers in `found`: the largest scratch is that of ground (`surfaces`)
 # whose the normal is: what it stays fixed to while the bodies move by little

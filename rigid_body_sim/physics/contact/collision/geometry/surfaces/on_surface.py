@@ -37,6 +37,8 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     FACE_RADIUS,
     FACE_SQUARE,
     FEATURE,
+    HELD_COUNT,
+    HELD_KEY,
     MOST,
     NORMAL,
     POINT,
@@ -77,6 +79,7 @@ from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_records 
 from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_scratch import (
     BY_FACES,
     COUNT,
+    HELD_ON_FACET,
     KEY,
     KEYS,
     LISTED,
@@ -175,7 +178,9 @@ def _ask_plane(
     height = dot(normal, center) - parameters[plane + OFFSET]
     limit = found[NEAR] + max(-dot(normal, load(found, MOTION)), 0.0)
     found[FACE_AREA] = 0.0
+    found[HELD_COUNT] = found[HELD_ON_FACET] if found[HELD_KEY] == facet else 0.0
     count = collide_plane(parameters, shape_a, plane, poses, pose_a, pose_b, limit, found)
+    found[HELD_COUNT] = 0.0
     if count > 0 and parameters[surface + IS_GRAPH] == 0.0:
         least = found[POINTS + SEPARATION]
         for index in range(1, count):
@@ -431,6 +436,7 @@ def _collide_on_surface(
     if row > 0:
         return find_axis(parameters, shape_a, poses, pose_a, shape_b, row, margin, found)
     motion, along = load(found, MOTION), _bodys_diagonal(poses, pose_a)
+    found[HELD_ON_FACET], found[HELD_COUNT] = found[HELD_COUNT], 0.0
     found[NEAR] = margin - math.sqrt(dot(motion, motion))
     center, half = find_reach(parameters, shape_a, poses, pose_a)
     for axis in range(3):

@@ -8,7 +8,10 @@ The narrow phase writes MOTION and REST before it asks; it reads the manifolds f
 
 from __future__ import annotations
 
+import math
+
 from rigid_body_sim.physics.arrays import Record
+from rigid_body_sim.physics.compile.kernels import inline
 from rigid_body_sim.physics.contact.collision.geometry.manifold import MOST, POINT
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra import scratch
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records import size_of
@@ -48,6 +51,7 @@ QUERY_HIGH = on_surface.vector('m', 'high corner')
 REST = on_surface.number('m', 'what counts as near at rest, a part of the margin')
 NEAR = on_surface.number('m', 'separation that counts as near but for MOTION')
 BY_FACES = on_surface.number('-', '1: triangles that are asked alone may be met along their faces')
+HELD_ON_FACET = on_surface.number('-', 'points that were held on the facet `manifold.HELD_KEY`')
 SLOTS_USED = on_surface.number('-', 'facets that have a slot: some point lies over them')
 RESULTS_USED = on_surface.number('-', 'manifolds that were found')
 OVERLAP = on_surface.number('m', 'the least overlap that no manifold holds, below 0; or -inf')
@@ -62,3 +66,9 @@ SIZE = on_surface.size
 
 FREE = float(1 << 22)  # [-] keys of manifolds that are of no facet begin here
 KEYS = float(1 << 23)  # [-] keys of a pair: a share of the distance of two pair ids
+
+
+@inline
+def key_of_pair_id(pair_id: float) -> float:
+    """Return the key of a manifold of ground among those of its pair, by its pair id."""
+    return (pair_id - math.floor(pair_id)) * KEYS
