@@ -19,7 +19,15 @@ from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.physics.model.height_field import height_field
-from rigid_body_sim.physics.model.shapes import Cylinder, Part, Sphere, Surface, Union
+from rigid_body_sim.physics.model.mass_properties import of_shape
+from rigid_body_sim.physics.model.shapes import (
+    ConvexHull,
+    Cylinder,
+    Part,
+    Sphere,
+    Surface,
+    Union,
+)
 
 G = 9.81  # [m/s^2]
 DT = 0.004  # [s]
@@ -168,6 +176,50 @@ def test_an_inclined_mesh_is_an_inclined_plane(shape):
     law = (0.3 + G * np.sin(angle) * times)[:, None] * down
     assert np.abs(velocity - law).max() < SPEED_KEPT * np.abs(law).max()
     assert np.abs((position - shift) @ out - height).max() < HEIGHT
+
+
+def foot_of(kind, radius, half):
+    """
+    A cylinder, or a prism of seven corners from the x axis on, with a foot of a radius.
+    """
+    if kind == 'cylinder':
+        return Cylinder(radius, 2.0 * half)
+    looks = 2.0 * np.pi * np.arange(7) / 7
+    ring = radius * np.stack((np.cos(looks), np.sin(looks)), axis=1)
+    return ConvexHull(np.array([(*xy, z) for xy in ring for z in (-half, half)]))
+
+
+@pytest.mark.parametrize('kind', ['cylinder', pytest.param('prism', marks=pytest.mark.long)])
+def test_what_stands_on_a_slope_of_triangles_stands_wherever_its_load_is(kind):
+    """
+    As on a plane: at 0.6 of the friction, its load at a share of the way to the edge of its foot,
+    it moves by its sink and some h^2 g while its four points find to the load, 1e-5 m at most.
+    Where they stayed the same it rocked at 0.03 to 0.2 rad/s, and crept by 0.03 of its radius.
+    """
+    rng, radius, friction = np.random.default_rng(3), 0.05, 0.5
+    surface = triangulated_plane(300, seed=4)
+    angle = np.arctan(0.6 * friction)
+    for share in (0.5, 0.68, 0.72, 0.76, 0.8, 0.85):
+        yaw, down = rng.uniform(0.0, 2.0 * np.pi, 2)
+        edge = radius
+        if kind == 'prism':
+            way = (down - yaw + np.pi / 7) % (2.0 * np.pi / 7) - np.pi / 7
+            edge = radius * np.cos(np.pi / 7) / np.cos(np.pi / 7 - abs(way))
+        half = share * edge / np.tan(angle)
+        shape = foot_of(kind, radius, half)
+        body = on(
+            surface, 'disc', (0.3, 0.2, half), (0, 0, 0), friction=friction,
+            turn=(0.0, 0.0, np.sin(yaw / 2), np.cos(yaw / 2)),
+        )  # fmt: skip
+        pull = np.sin(angle) * np.array((np.cos(down), np.sin(down), 0.0))
+        scene = dataclasses.replace(body.scene, gravity=tuple(G * (pull - (0, 0, np.cos(angle)))))
+        ground, foot = scene.bodies
+        inertia = of_shape(shape, mass=1.0).inertia
+        foot = dataclasses.replace(foot, shape=shape, inertia=inertia)
+        body = Simulation(dataclasses.replace(scene, bodies=(ground, foot)))
+        body.step(500)
+        assert np.abs(body.state.position[-1] - (0.3, 0.2, half)).max() < 2e-5, share
+        assert np.abs(body.state.angular_velocity[-1]).max() < 1e-7, share
 
 
 @pytest.mark.parametrize('shape', SHAPES)

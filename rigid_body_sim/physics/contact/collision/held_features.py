@@ -35,7 +35,13 @@ SIZE = held.size
 
 # types of pairs of which some of many points are kept
 OF_FACES = {(BOX, BOX), (BOX, HULL), (HULL, HULL), (HULL, PLANE), (HULL, SURFACE)}
-OF_RIMS = {(BOX, CYLINDER), (CYLINDER, HULL), (CYLINDER, PLANE), (CYLINDER, SURFACE)}
+OF_RIMS = {
+    (BOX, CYLINDER),
+    (CYLINDER, CYLINDER),
+    (CYLINDER, HULL),
+    (CYLINDER, PLANE),
+    (CYLINDER, SURFACE),
+}
 KINDS = frozenset(OF_FACES | OF_RIMS)
 
 
@@ -43,7 +49,7 @@ KINDS = frozenset(OF_FACES | OF_RIMS)
 def _keeps(type_a: int, type_b: int) -> bool:
     """Tell whether a pair is of KINDS: others choose anew, whatever else a scene holds."""
     of_faces = (type_a == BOX or type_a == HULL) and (type_b == BOX or type_b == HULL)
-    of_rims = type_a == CYLINDER and type_b == HULL
+    of_rims = type_a == CYLINDER and (type_b == HULL or type_b == CYLINDER)
     of_rims = of_rims or (type_a == BOX and type_b == CYLINDER)
     on_ground = type_b == PLANE or type_b == SURFACE
     return of_faces or of_rims or (on_ground and (type_a == HULL or type_a == CYLINDER))
