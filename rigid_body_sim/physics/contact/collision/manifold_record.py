@@ -25,7 +25,7 @@ FACE_AREA = manifold.number('m^2', 'of the face that touches: see `geometry.mani
 FACE_RADIUS = manifold.number('m', 'mean distance of the face from its middle')
 FACE_SQUARE = manifold.number('m^2', 'mean square of that distance')
 FACE_MIDDLE = manifold.vector('m', 'middle of the face, world axes')
-RIM = manifold.number('-', '1: of a cylinder: its points are the lowest of its rims')
+RIM = manifold.number('-', 'of which cylinder its points are the lowest: `geometry.manifold`')
 POINTS = manifold.numbers(
     MOST * POINT, 'm', 'the points as the pair kernels give them: `geometry.manifold`'
 )

@@ -46,6 +46,7 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     FACE_SQUARE,
     HELD_COUNT,
     MOST,
+    NEITHER,
     NOBODYS,
     NORMAL_OWNER,
     POINT,
@@ -327,7 +328,7 @@ def _find_manifolds(
                 ):
                     continue
         found[FACE_AREA] = 0.0
-        found[NORMAL_OWNER], found[RIM] = NOBODYS, 0.0
+        found[NORMAL_OWNER], found[RIM] = NOBODYS, NEITHER
         if GROUND and type_b == SURFACE:
             _tell_ground(row_a, row_b, h, swept, found)
         _tell_motions(a, b, h, colliders, bodies, found)

@@ -75,44 +75,58 @@ def _type(number: int, table: Indices) -> int:
 
 
 @inline
-def _rolls_on_flat(type_a: int, type_b: int) -> bool:
-    """Tell whether a pair is a cylinder and a polyhedron, of which a rim may roll on a side."""
+def _may_roll(type_a: int, type_b: int) -> bool:
+    """Tell whether a pair is a cylinder and what has flat sides, on which its rim may roll."""
     if type_a == collider.CYLINDER:
-        return type_b >= collider.HULL
+        return type_b >= collider.HULL or type_b == collider.CYLINDER
     return type_a == collider.BOX and type_b == collider.CYLINDER
 
 
 @inline
+def _end_meets(number: int, record: int, colliders: ColliderArrays, manifolds: Array) -> bool:
+    """Tell whether the normal of a manifold is about that of an end of a cylinder."""
+    axis = pose.axis(colliders.poses, number * pose.SIZE, 2)
+    return abs(dot(axis, load(manifolds, record + manifold_record.NORMAL))) >= AT_END
+
+
+@inline
 def _rolls(
-    cylinder: int, record: int, colliders: ColliderArrays, manifolds: Array, bodies: Array
-) -> bool:
+    cylinder: int, other: int, whose: float, record: int, colliders: ColliderArrays,
+    manifolds: Array, bodies: Array,
+) -> bool:  # fmt: skip
     """
     Tell whether the points of a manifold go round with the rims of a cylinder: they are the lowest
     ones over a side (`manifold.RIM`), or an edge or corner is at the mantle or a rim. What is at
-    an end stays in it.
+    an end stays in it. On another cylinder they do so on its ends.
 
+    other  : the other collider;   whose : SHAPE_A or SHAPE_B, which of the two the cylinder is
     record : where the manifold begins
     """
     table = colliders.table
+    if _type(cylinder, table) != collider.CYLINDER:
+        return False
     body = table[cylinder * collider_record.SIZE + collider_record.BODY]
     if _symmetry(body, bodies) != ABOUT_AXIS:
         return False
-    if manifolds[record + manifold_record.RIM] > 0.0:
-        return True
-    axis = pose.axis(colliders.poses, cylinder * pose.SIZE, 2)
-    return abs(dot(axis, load(manifolds, record + manifold_record.NORMAL))) < AT_END
+    if manifolds[record + manifold_record.RIM] != manifold.NEITHER:
+        return manifolds[record + manifold_record.RIM] == whose
+    if _type(other, table) == collider.CYLINDER and not _end_meets(
+        other, record, colliders, manifolds
+    ):
+        return False
+    return not _end_meets(cylinder, record, colliders, manifolds)
 
 
 @inline
 def _whose_rim(
     a: int, b: int, record: int, colliders: ColliderArrays, manifolds: Array, bodies: Array
 ) -> float:
-    """Tell whose rim rolls in a manifold of a cylinder and a polyhedron, if one does."""
-    if _type(a, colliders.table) == collider.CYLINDER:
-        rolls = _rolls(a, record, colliders, manifolds, bodies)
-        return constraint.RIM_OF_A if rolls else constraint.NOT_ROUND
-    rolls = _rolls(b, record, colliders, manifolds, bodies)
-    return constraint.RIM_OF_B if rolls else constraint.NOT_ROUND
+    """Tell whose rim rolls in a manifold of a cylinder, if one does."""
+    if _rolls(a, b, manifold.SHAPE_A, record, colliders, manifolds, bodies):
+        return constraint.RIM_OF_A
+    if _rolls(b, a, manifold.SHAPE_B, record, colliders, manifolds, bodies):
+        return constraint.RIM_OF_B
+    return constraint.NOT_ROUND
 
 
 @inline
@@ -124,7 +138,7 @@ def roundness(collider_a: int, collider_b: int, table: Indices, bodies: Array) -
     body_a = table[collider_a * collider_record.SIZE + collider_record.BODY]
     body_b = table[collider_b * collider_record.SIZE + collider_record.BODY]
     type_a, type_b = _type(collider_a, table), _type(collider_b, table)
-    if _rolls_on_flat(type_a, type_b):
+    if _may_roll(type_a, type_b):
         return constraint.NOT_ROUND
     row_a = collider_record.solver_body(collider_a, table) * solver_bodies.SIZE
     row_b = collider_record.solver_body(collider_b, table) * solver_bodies.SIZE
@@ -403,10 +417,11 @@ def prepare_points(
         shift = -0.5 if core_b < 0 else (0.5 if core_a < 0 else 0.0)
         if width > contact_point.SIZE:
             rows[lane + constraint.FACES] = faces(a, b, normal, colliders)
-        if _rolls_on_flat(_type(a, table), _type(b, table)):
-            rows[lane + constraint.ROUNDNESS] = _whose_rim(
-                a, b, record, colliders, manifolds, bodies
-            )
+        if _may_roll(_type(a, table), _type(b, table)):
+            whose = _whose_rim(a, b, record, colliders, manifolds, bodies)
+            if curved and whose == constraint.NOT_ROUND and are_curved(a, b, table, bodies):
+                whose = constraint.CURVED
+            rows[lane + constraint.ROUNDNESS] = whose
         if _type(a, table) == collider.CYLINDER or _type(b, table) == collider.CYLINDER:
             rows[lane + constraint.SURFACE_WEIGHT] = _weight_beside_ends(
                 a, b, record, colliders, manifolds, bodies

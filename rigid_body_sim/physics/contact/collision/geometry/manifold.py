@@ -59,7 +59,9 @@ TURNED = manifold.number(
 )
 EDGE_A = manifold.vector('m', 'where it is OF_EDGES: along the edge of A, axes of A')
 EDGE_B = manifold.vector('m', 'along the edge of B, axes of A; n is along EDGE_A x EDGE_B')
-RIM = manifold.number('-', '1: a cylinder over a flat side, its points the lowest of its rims')
+RIM = manifold.number(
+    '-', 'which of the two is a cylinder over a flat side, its points the lowest of its rims'
+)
 SHIFT = manifold.vector('m', 'asked with: how far a hull moves in the tick beside what is fixed')
 TURN = manifold.vector('rad', 'asked with: how far it turns, world axes; zeros: nothing is known')
 HELD_COUNT = manifold.number('-', 'asked with: how many points the pair had in the last tick')

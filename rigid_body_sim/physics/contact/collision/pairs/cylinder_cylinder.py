@@ -1,7 +1,8 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Two cylinders: where their mantles touch exactly (`geometry.cylinders.mantle`), else as prisms
+Two cylinders: one over an end of the other as on a plane (`geometry.cylinders.over_end`), where
+their mantles touch exactly (`geometry.cylinders.mantle`), else as prisms
 (`geometry.cylinders.turned_prism`). The face of an end on an end is round all the same: the
 smaller disc, where it lies on the other, else that of the prisms, widened to their discs.
 """
@@ -20,6 +21,7 @@ from rigid_body_sim.physics.contact.collision.geometry.cylinders.mantle import (
     onto_mantle,
     round_beyond_ends,
 )
+from rigid_body_sim.physics.contact.collision.geometry.cylinders.over_end import end_below
 from rigid_body_sim.physics.contact.collision.geometry.cylinders.turned_prism import (
     collide_prisms,
 )
@@ -29,12 +31,14 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     FACE_RADIUS,
     FACE_SQUARE,
     NORMAL,
+    RIM,
+    SHAPE_B,
 )
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records import PRISM
 from rigid_body_sim.physics.contact.collision.geometry.touching_face import write_disc
-from rigid_body_sim.physics.contact.collision.pairs import capsule_capsule
+from rigid_body_sim.physics.contact.collision.pairs import capsule_capsule, cylinder_plane
 from rigid_body_sim.physics.contact.collision.shape_parameters import HALF_LENGTH, RADIUS
-from rigid_body_sim.physics.vectors import add, add_scaled, dot, load, subtract
+from rigid_body_sim.physics.vectors import add, add_scaled, dot, load, negate, store, subtract
 
 Array = NDArray[np.float64]
 
@@ -73,6 +77,19 @@ def collide(
     margin: float, found: Array,
 ) -> int:  # fmt: skip
     """Find the manifold of two cylinders."""
+    is_over, out, offset = end_below(parameters, shape_a, shape_b, poses, pose_a, pose_b)
+    if is_over:
+        return cylinder_plane.on_plane(
+            parameters, shape_a, poses, pose_a, out, offset, margin, found
+        )
+    is_over, out, offset = end_below(parameters, shape_b, shape_a, poses, pose_b, pose_a)
+    if is_over:
+        count = cylinder_plane.on_plane(
+            parameters, shape_b, poses, pose_b, out, offset, margin, found
+        )
+        store(found, NORMAL, negate(load(found, NORMAL)))
+        found[RIM] = SHAPE_B
+        return count
     count = capsule_capsule.collide(
         parameters, shape_a, shape_b, poses, pose_a, pose_b, margin, found
     )

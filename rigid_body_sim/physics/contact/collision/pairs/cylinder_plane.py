@@ -27,6 +27,7 @@ from rigid_body_sim.physics.contact.collision.geometry.loaded_side import one_of
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     MOST,
     RIM,
+    SHAPE_A,
     write_normal,
     write_point,
 )
@@ -101,5 +102,5 @@ def on_plane(
         count += 1
     if count == MOST and half * abs(rise) >= fall:  # what rolls on its rim has no face
         write_disc(found, radius, add_scaled(center, half if upper_end else -half, axis))
-    found[RIM] = 1.0
+    found[RIM] = SHAPE_A
     return count

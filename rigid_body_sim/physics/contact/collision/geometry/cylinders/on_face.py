@@ -44,6 +44,7 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     POINTS,
     RIM,
     SCRATCH,
+    SHAPE_B,
     copy_point,
     write_normal,
     write_point_at,
@@ -168,7 +169,7 @@ def on_face(
     _to_world(parameters, box, poses, pose_a, found, face, count)
     if count > 2 and abs(_along_axis(found, face)) > STANDS_ON_FACE:
         _measure_end(parameters, box, cylinder, poses, pose_a, found, face, count)
-    found[RIM] = 1.0
+    found[RIM] = SHAPE_B
     if count > MOST or not _is_rim(found, count):
         return keep_four(found, CANDIDATES, count)
     for k in range(count):

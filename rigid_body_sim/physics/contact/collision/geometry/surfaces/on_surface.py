@@ -40,10 +40,12 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     HELD_COUNT,
     HELD_KEY,
     MOST,
+    NEITHER,
     NORMAL,
     POINT,
     POINTS,
     SEPARATION,
+    SHAPE_A,
     copy_point,
     write_point_at,
 )
@@ -361,10 +363,11 @@ def _take_out_covered(flush: float, parameters: Array, planes: int, found: Array
 @kernel
 def _write_face(result: int, place: int, found: Array, manifolds: Array) -> None:
     """Write the face of a manifold: that on the plane, where all of it is over the facet."""
-    manifolds[place + manifold_record.FACE_AREA] = manifolds[place + manifold_record.RIM] = 0.0
+    manifolds[place + manifold_record.FACE_AREA] = 0.0
+    manifolds[place + manifold_record.RIM] = NEITHER
     at = _slot_of(found[result + KEY], found)
     if at != NO_SLOT and _is_done(at, found):
-        manifolds[place + manifold_record.RIM] = 1.0
+        manifolds[place + manifold_record.RIM] = SHAPE_A
         manifolds[place + manifold_record.FACE_AREA] = found[at + SLOT_AREA]
         manifolds[place + manifold_record.FACE_RADIUS] = found[at + SLOT_RADIUS]
         manifolds[place + manifold_record.FACE_SQUARE] = found[at + SLOT_SQUARE]
