@@ -9,8 +9,10 @@ import math
 import numpy as np
 import pytest
 
+from rigid_body_sim.physics.model import rotation
+from rigid_body_sim.physics.model.mass_properties import of_shape
 from rigid_body_sim.physics.model.scene import Body, Material
-from rigid_body_sim.physics.model.shapes import Capsule, Cylinder, Plane
+from rigid_body_sim.physics.model.shapes import Box, Capsule, Cylinder, Plane
 from rigid_body_sim.physics.simulation import Simulation
 
 from .touching import G, ball, box, ground, motion, scene
@@ -75,6 +77,87 @@ def test_spin_does_not_change_how_high_a_round_body_bounces():
     rise, law = top - (start - drops), e * e * drops
     # what they sink in by while they are held at the surface: g/(4 omega^2) of 0.125 m
     assert np.abs(rise / law - 1.0).max() < 3e-5
+
+
+def _smooth_strikes(rng, draws):
+    """
+    Bodies of revolution at any attitude that fly at 3 m/s at what is fixed at any attitude, spin
+    about their axes by 50 to 500 rad/s, and have no friction: fixed ones, then as many that fly.
+    """
+    fixed, flying = [], []
+    for number in range(draws):
+        radius, size = 10.0 ** rng.uniform(-1.3, -0.5), rng.uniform(1.0, 4.0)
+        length, wide = radius * rng.uniform(0.3, 3.0), radius * size
+        smooth = {'friction': 0.0, 'restitution': rng.uniform(0.0, 0.7)}
+        at = np.array((20.0 * number, 0.0, 0.0))
+        q, q_fixed = (x / np.linalg.norm(x) for x in rng.normal(size=(2, 4)))
+        target = (
+            Cylinder(wide, 2.0 * wide), Capsule(wide, 2.0 * wide), Box((2.0 * wide,) * 3),
+        )[number % 3]  # fmt: skip
+        shape = (Cylinder if number % 4 else Capsule)(radius, length)
+        aside = wide * rng.uniform(-0.5, 0.5, 2)
+        fixed.append(
+            Body(
+                f'target {number}',
+                target,
+                0.0,
+                fixed=True,
+                material=Material(**smooth),
+                initial=motion(at, q=q_fixed),
+            )
+        )
+        flying.append(
+            Body(
+                f'body {number}',
+                shape,
+                1.0,
+                inertia=of_shape(shape, mass=1.0).inertia,
+                material=Material(**smooth),
+                initial=motion(
+                    at + (*aside, 2.3 * wide + radius + length),
+                    q=q,
+                    velocity=(0.0, 0.0, -3.0),
+                    turn=rng.uniform(50.0, 500.0) * rotation.rotate(q, (0.0, 0.0, 1.0)),
+                ),
+            )
+        )
+    return [*fixed, *flying]
+
+
+def _spin_and_energy(sim, of):
+    """
+    Angular velocity [rad/s] about their axes of some bodies of 1 kg, and energy [J] without it.
+    """
+    turns = np.einsum('nji,nj->ni', sim.orientation_matrices()[of], sim.state.angular_velocity[of])
+    across = np.array([body.inertia[0, 0] for body in sim.scene.bodies[of]])
+    energy = 0.5 * (sim.state.velocity[of] ** 2).sum(axis=1)
+    return turns[:, 2], energy + 0.5 * across * (turns[:, :2] ** 2).sum(axis=1)
+
+
+def test_what_is_smooth_neither_brakes_nor_throws_what_spins_about_its_axis():
+    """
+    The force on a smooth surface of revolution passes through its axis. So in the tick in which
+    they strike the sides, rims, edges and corners of cylinders, capsules and boxes, spins stay,
+    but for the turn of the axis behind the impact in that tick (5e-3 in nearly all of 600 draws),
+    and no other energy is won. By normals between chords of prisms up to a tenth of the spin was
+    lost, and the rest of the energy grew up to 130-fold.
+    """
+    draws = 60
+    sim = Simulation(scene(_smooth_strikes(np.random.default_rng(5), draws), gravity=(0, 0, 0)))
+    of = slice(draws, 2 * draws)
+    spin, energy = _spin_and_energy(sim, of)
+    waits = np.ones(draws, dtype=bool)
+    for _ in range(600):
+        sim.step()
+        contacts = sim.contacts()
+        struck = np.unique(contacts.bodies[np.abs(contacts.impulse).max(axis=1) > 0.0]) - draws
+        new = [number for number in struck[struck >= 0] if number < draws and waits[number]]
+        spin_now, energy_now = _spin_and_energy(sim, of)
+        for number in new:
+            waits[number] = False
+            assert energy_now[number] < (1.0 + 1e-3) * energy[number], number
+            assert spin_now[number] == pytest.approx(spin[number], rel=6e-3), number
+    assert waits.sum() < draws / 4  # the others miss
 
 
 def test_a_rolling_ball_comes_back_from_a_smooth_wall_with_its_share():

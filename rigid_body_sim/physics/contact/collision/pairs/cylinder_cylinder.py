@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """
 Two cylinders: one over an end of the other as on a plane (`geometry.cylinders.over_end`), where
-their mantles touch exactly (`geometry.cylinders.mantle`), else as prisms
+their mantles touch (`geometry.cylinders.mantle`) and the rim of one meets mantle or rim of the
+other (`geometry.cylinders.rim_on_core`, `rim_on_rim`) exactly, else as prisms
 (`geometry.cylinders.turned_prism`). The face of an end on an end is round all the same: the
 smaller disc, where it lies on the other, else that of the prisms, widened to their discs.
 """
@@ -22,6 +23,8 @@ from rigid_body_sim.physics.contact.collision.geometry.cylinders.mantle import (
     round_beyond_ends,
 )
 from rigid_body_sim.physics.contact.collision.geometry.cylinders.over_end import end_below
+from rigid_body_sim.physics.contact.collision.geometry.cylinders.rim_on_core import rim_on_core
+from rigid_body_sim.physics.contact.collision.geometry.cylinders.rim_on_rim import rim_on_rim
 from rigid_body_sim.physics.contact.collision.geometry.cylinders.turned_prism import (
     collide_prisms,
 )
@@ -31,6 +34,8 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     FACE_RADIUS,
     FACE_SQUARE,
     NORMAL,
+    NORMAL_OWNER,
+    OF_NEAREST,
     RIM,
     SHAPE_B,
 )
@@ -97,17 +102,32 @@ def collide(
         return 0
     radius_a, half_a = parameters[shape_a + RADIUS], parameters[shape_a + HALF_LENGTH]
     radius_b, half_b = parameters[shape_b + RADIUS], parameters[shape_b + HALF_LENGTH]
-    beyond = round_beyond_ends(half_a, half_b, radius_b, False, poses, pose_a, pose_b)
-    count = onto_mantle(found, count, pose.axis(poses, pose_a, 2), radius_a, True, beyond)
+    from_a = round_beyond_ends(half_a, half_b, radius_b, False, poses, pose_a, pose_b)
+    from_b = round_beyond_ends(half_b, half_a, radius_a, False, poses, pose_b, pose_a)
+    count = onto_mantle(found, count, pose.axis(poses, pose_a, 2), radius_a, True, from_a)
     if count != UNDECIDED:
-        beyond = round_beyond_ends(half_b, half_a, radius_a, False, poses, pose_b, pose_a)
-        count = onto_mantle(found, count, pose.axis(poses, pose_b, 2), radius_b, False, beyond)
+        count = onto_mantle(found, count, pose.axis(poses, pose_b, 2), radius_b, False, from_b)
+    if count == UNDECIDED:
+        count = rim_on_core(
+            parameters, shape_a, shape_b, False, poses, pose_a, pose_b, from_b, margin, found
+        )
+    if count == UNDECIDED:
+        count = rim_on_core(
+            parameters, shape_b, shape_a, False, poses, pose_b, pose_a, from_a, margin, found
+        )
+        if count > 0:
+            store(found, NORMAL, negate(load(found, NORMAL)))
     if count != UNDECIDED:
         return count
     count = collide_prisms(
         parameters, shape_a + PRISM, parameters, shape_b + PRISM, True, True, poses, pose_a,
         pose_b, margin, found,
     )  # fmt: skip
+    if count > 0 and found[NORMAL_OWNER] == OF_NEAREST:
+        on_rims = rim_on_rim(
+            parameters, shape_a, shape_b, poses, pose_a, pose_b, count, margin, found
+        )
+        return count if on_rims == UNDECIDED else on_rims
     if count > 0 and found[FACE_AREA] > 0.0:
         _round_off(radius_a, radius_b, poses, pose_a, pose_b, found)
     return count

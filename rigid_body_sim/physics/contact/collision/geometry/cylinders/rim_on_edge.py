@@ -81,7 +81,7 @@ NONE = -1  # in place of a vertex
 
 
 @inline
-def _way_from_rim(point: Any, radius: float, half: float) -> Any:
+def way_from_rim(point: Any, radius: float, half: float) -> Any:
     """Return how far a point is beyond the mantle and beyond the end, and its way out of both."""
     across = math.sqrt(point[0] * point[0] + point[1] * point[1])
     beyond = across - radius if across > radius else 0.0
@@ -89,6 +89,20 @@ def _way_from_rim(point: Any, radius: float, half: float) -> Any:
     share = beyond / across if across > 0.0 else 0.0
     rise = above if point[2] > 0.0 else -above
     return beyond, above, (share * point[0], share * point[1], rise)
+
+
+@kernel
+def least_way_from_rim(start: Any, edge: Any, radius: float, half: float) -> float:
+    """Return where along an edge, 0 to 1, the distance from a cylinder is least; its axes."""
+    low, high = 0.0, 1.0
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        _, _, way = way_from_rim(add_scaled(start, middle, edge), radius, half)
+        if dot(way, edge) < 0.0:
+            low = middle
+        else:
+            high = middle
+    return 0.5 * (low + high)
 
 
 @kernel
@@ -139,16 +153,9 @@ def rim_on_edge(
     point = point_of_b(found, vertex(hull, first))
     if second != NONE:
         edge = subtract(point_of_b(found, vertex(hull, second)), point)
-        low, high = 0.0, 1.0
-        for _ in range(HALVINGS):
-            middle = 0.5 * (low + high)
-            _, _, way = _way_from_rim(add_scaled(point, middle, edge), radius, half)
-            if dot(way, edge) < 0.0:
-                low = middle
-            else:
-                high = middle
-        point = add_scaled(point, 0.5 * (low + high), edge)
-    beyond, above, way = _way_from_rim(point, radius, half)
+        share = least_way_from_rim(point, edge, radius, half)
+        point = add_scaled(point, share, edge)
+    beyond, above, way = way_from_rim(point, radius, half)
     if not (beyond > SHALLOW * radius and above > SHALLOW * radius):
         return UNDECIDED
     square = dot(way, way)
