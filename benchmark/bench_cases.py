@@ -80,6 +80,30 @@ def pile(shape: dict[str, Any], side: int, height: int) -> dict[str, Any]:
     return on_ground({'shape': shape, 'initial': {'position': [0, 0, 0.2]}, 'repeat': grid})
 
 
+def mixed_pile(side: int, height: int) -> dict[str, Any]:
+    """Describe boxes, balls, capsules, cylinders and hulls that fall from a loose grid."""
+    shapes = [
+        BOX, SPHERE, hull(), {'type': 'capsule', 'radius': 0.06, 'length': 0.12},
+        {'type': 'cylinder', 'radius': 0.1, 'length': 0.1},
+        {'type': 'cylinder', 'radius': 0.06, 'length': 0.2},
+    ]  # fmt: skip
+    ground, body = on_ground({})['bodies']
+    draw = random.Random(11)
+    bodies = []
+    for number in range(side * side * height):
+        at = (number % side, number // side % side, number // (side * side))
+        turn = [draw.gauss(0, 1) for _ in range(4)]
+        size = sum(x * x for x in turn) ** 0.5
+        initial = {
+            'position': [0.25 * x + draw.uniform(-0.01, 0.01) + 0.2 * (k == 2)
+                         for k, x in enumerate(at)],
+            'orientation': [x / size for x in turn],
+        }  # fmt: skip
+        shape = shapes[draw.randrange(len(shapes))]
+        bodies.append(body | {'name': f'b{number}', 'shape': shape, 'initial': initial})
+    return on_ground({}) | {'bodies': [ground, *bodies]}
+
+
 def stack() -> dict[str, Any]:
     """Describe ten boxes on each other."""
     column = {'count': [1, 1, 10], 'spacing': [1.0, 1.0, 0.2]}
@@ -256,6 +280,8 @@ CASES: dict[str, Callable[[], Call]] = {
     '1000 boxes, after 2 s': partial(steps_after, 500, pile(BOX, 10, 10)),
     '1000 spheres': partial(steps, pile(SPHERE, 10, 10)),
     '200 hulls': partial(steps, pile(hull(), 7, 4)),
+    '200 mixed shapes': partial(steps, mixed_pile(7, 4)),
+    '200 mixed shapes, after 3 s': partial(steps_after, 750, mixed_pile(7, 4)),
     'step(1) of one body': partial(single_steps, many(TUMBLING, 1)),
     'loop: state, wrench, step(1)': partial(closed_loop, many(TUMBLING, 1)),
     'loop: 100 bodies commanded': partial(closed_loop, many(TUMBLING, 100), all_bodies=True),
