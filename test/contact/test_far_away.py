@@ -122,8 +122,7 @@ def alone(restitution, seed):
 
 
 # a heap that does not bounce, and a lively one, beside one kind of others each
-SHORT = {(0.0, 'a heap that falls'), (0.8, 'bullets')}
-SHORT |= {(0.3, others) for others in ('a stack at rest', 'some that move')}
+SHORT = {(0.0, 'a heap that falls'), (0.8, 'bullets'), (0.3, 'some that move')}
 RESTITUTIONS = 0.0, 0.3, 0.8
 
 

@@ -56,11 +56,12 @@ def test_a_million_metres_from_the_origin_the_manifold_is_the_same(pair):
         assert np.allclose(there.places - far, here.places, rtol=0.0, atol=1e-9), (a, b)
 
 
+@pytest.mark.parametrize('draws', [600, pytest.param(2000, marks=pytest.mark.long)])
 @pytest.mark.parametrize('kind', [SPHERE, CAPSULE, BOX], ids=lambda kind: name((kind,)))
-def test_exchanging_the_two_shapes_turns_the_normal_and_nothing_else(kind):
+def test_exchanging_the_two_shapes_turns_the_normal_and_nothing_else(kind, draws):
     rng = np.random.default_rng(13)
     same = hits = 0
-    for a, b in random_pairs((kind, kind), 2000, rng):
+    for a, b in random_pairs((kind, kind), draws, rng):
         one, two = collide(a, b, MARGIN), collide(b, a, MARGIN)
         assert (len(one) > 0) == (len(two) > 0), (a, b)
         if not len(one):
@@ -76,4 +77,4 @@ def test_exchanging_the_two_shapes_turns_the_normal_and_nothing_else(kind):
             same += all(np.allclose(x, y, rtol=0.0, atol=1e-5) for x, y in (gaps, middles))
     # Sides that are parallel may serve either way, and the nearest point of capsules side by side
     # is left out beside an end of the first: these differ by points that carry little.
-    assert same >= (1.0 if kind == SPHERE else 0.97) * hits > 1000
+    assert same >= (1.0 if kind == SPHERE else 0.97) * hits > draws / 2

@@ -95,7 +95,8 @@ def _foot_on_a_slope(under, yaw, friction, share, *, radius=0.05):
 
 
 @pytest.mark.parametrize(
-    'under', ['plane', 'box', 'hull', pytest.param('cylinder', marks=pytest.mark.long)]
+    'under',
+    ['plane', 'box', *(pytest.param(one, marks=pytest.mark.long) for one in ('hull', 'cylinder'))],
 )
 def test_a_cylinder_stands_on_a_slope_whatever_side_of_its_four_points_bears_it(under):
     """

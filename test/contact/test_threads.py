@@ -18,7 +18,6 @@ from .. import inside
 from .touching import ball, box, ground, scene
 
 pytestmark = pytest.mark.skipif(not kernels.COMPILED, reason='plain Python has one lock')
-THREADS = 1, 2, 3
 # towers of five to nine in a row have more manifolds than one group of islands holds (`FEW`)
 TOWERS = 70
 
@@ -41,6 +40,12 @@ def towers(seed, count=TOWERS, **of_each):
     return bodies
 
 
+@pytest.fixture(params=[(1, 3), pytest.param((1, 2, 3), marks=pytest.mark.long)], ids=str)
+def counts(request):
+    """How many threads do the same."""
+    return request.param
+
+
 @pytest.fixture
 def on(monkeypatch):
     """A simulation on so many threads, however many bodies there are."""
@@ -61,9 +66,9 @@ def after(sim, ticks, calls=1):
 
 
 @pytest.mark.parametrize('seed', [1, pytest.param(2, marks=pytest.mark.long)])
-def test_threads_change_no_bit_of_many_islands(on, seed):
+def test_threads_change_no_bit_of_many_islands(on, counts, seed):
     found = []
-    for threads in THREADS:
+    for threads in counts:
         sim = on(threads, scene(towers(seed)))
         with inside.helped(sim) as helpers:
             found.append([after(sim, 8, calls=2) for _ in range(3)])
@@ -91,7 +96,7 @@ def test_who_helps_does_something(on):
 @pytest.mark.parametrize(
     ('count', 'looks'), [(200, 2), pytest.param(450, 4, marks=pytest.mark.long)]
 )
-def test_threads_change_no_bit_of_a_falling_pile(on, count, looks):
+def test_threads_change_no_bit_of_a_falling_pile(on, counts, count, looks):
     """One island in the end, and before that many that join."""
     draw = np.random.default_rng(3)
     bodies = [ground()]
@@ -99,7 +104,7 @@ def test_threads_change_no_bit_of_a_falling_pile(on, count, looks):
         at = np.array([i % 10, i // 10 % 5, i // 50]) * 0.22 + (0, 0, 0.12)
         at += draw.uniform(-0.02, 0.02, 3)
         bodies.append(box(f'b{i}', 0.2, tuple(at)))
-    first = [on(threads, scene(bodies)) for threads in THREADS]
+    first = [on(threads, scene(bodies)) for threads in counts]
     for _ in range(looks):
         found = {after(sim, 25) for sim in first}
         assert len(found) == 1
@@ -128,10 +133,10 @@ def test_threads_change_no_bit_of_what_falls_asleep(on):
 
 
 @pytest.mark.parametrize('ticks', [6, pytest.param(10, marks=pytest.mark.long)])
-def test_threads_change_no_bit_of_what_bounces_at_its_instant(on, ticks):
+def test_threads_change_no_bit_of_what_bounces_at_its_instant(on, counts, ticks):
     """From the seventh tick on the towers are full of impacts, some thousand in each."""
     described = scene(towers(6, material={'restitution': 0.5}), mode='event')
-    sims = [on(threads, described) for threads in THREADS]
+    sims = [on(threads, described) for threads in counts]
     assert len({after(sim, ticks) for sim in sims}) == 1
     assert {len(sim.impacts()) > 500 for sim in sims} == {True}
 

@@ -24,7 +24,7 @@ version: 1
 name: heap
 dt: 0.01
 gravity: [0, 0, -9.81]
-contact: {mode: timestep, sleeping: true}
+contact: {mode: timestep, sleeping: true, substeps: 2}
 bodies:
   - {name: ground, shape: {type: plane, normal: [0, 0, 1]}, rolling_friction: 0.001}
   - {name: step, shape: {type: box, size: [1, 1, 0.1]}, fixed: true}

@@ -287,7 +287,7 @@ print('\\n'.join(failed))
 """
 
 
-@pytest.mark.parametrize('mode', ['direct', 'background'])
+@pytest.mark.parametrize('mode', [pytest.param('direct', marks=pytest.mark.long), 'background'])
 def test_a_full_disk_ends_the_recording_and_names_what_is_safe(tmp_path, mode):
     target = tmp_path / 'run'
     result = subprocess.run(

@@ -122,7 +122,7 @@ def test_bodies_that_stand_in_arrays_alone_are_followed_as_the_whole_bag_has_the
             assert found.tobytes() == kept.tobytes()
 
 
-@pytest.mark.parametrize('part', [0.5, 1.0])
+@pytest.mark.parametrize('part', [0.5, pytest.param(1.0, marks=pytest.mark.long)])
 @pytest.mark.parametrize('how', ['moved', 'removed', 'overwritten'])
 def test_another_run_begins_where_another_bag_comes_in_its_place(written, tmp_path, part, how):
     content, _ = written
@@ -687,7 +687,13 @@ def test_a_remapped_pose_is_of_the_body_that_lacks_one_or_whose_name_it_holds(re
 
 @pytest.mark.parametrize(
     'there',
-    ['nothing', pytest.param('an empty folder', marks=pytest.mark.long), 'the begin of a bag'],
+    [
+        'nothing',
+        *(
+            pytest.param(there, marks=pytest.mark.long)
+            for there in ('an empty folder', 'the begin of a bag')
+        ),
+    ],
 )
 def test_who_waits_for_a_bag_is_stopped_by_ctrl_c_and_says_so(tmp_path, written, there):
     path = tmp_path / 'bag'

@@ -136,7 +136,14 @@ def test_bodies_without_topics_of_their_own_are_seen_from_the_arrays(start_node,
         assert not track.velocity.any()
 
 
-@pytest.mark.parametrize('late', ['/poses', '/twists', '/plate/pose', '/box/twist'])
+@pytest.mark.parametrize(
+    'late',
+    [
+        '/poses',
+        '/box/twist',
+        *(pytest.param(late, marks=pytest.mark.long) for late in ('/twists', '/plate/pose')),
+    ],
+)
 def test_who_is_discovered_in_parts_is_waited_for(start_node, meet, monkeypatch, late):
     words = {} if late.count('/') == 2 else {'body_topics': 'stone', 'publish_arrays': 'true'}
     node = start_node(**words)

@@ -126,9 +126,8 @@ forces: [{type: spring, a: ball, b: world, stiffness: 100, b_point: [0, 0, 0]}]
     'streams',
     [
         '<&- >&- 2>&-',
-        '1</dev/null 2</dev/null',
         pytest.param('2>/dev/full', marks=needs_full),
-        pytest.param('2>&-', marks=pytest.mark.long),
+        *(pytest.param(s, marks=pytest.mark.long) for s in ('1</dev/null 2</dev/null', '2>&-')),
     ],
 )
 @pytest.mark.usefixtures('plain_source')

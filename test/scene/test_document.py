@@ -78,7 +78,7 @@ def by_both(text):
     return (None if short_way is UserError else short_way), (None if refused else long_way)
 
 
-@pytest.mark.parametrize('draws', [50, pytest.param(150, marks=pytest.mark.long)])
+@pytest.mark.parametrize('draws', [20, pytest.param(150, marks=pytest.mark.long)])
 def test_values_come_out_as_from_the_tree_of_nodes(draws):
     @settings(max_examples=draws)
     @given(MAPPINGS, st.booleans())
