@@ -39,8 +39,6 @@ PAGES = (
     'scene_reference',
     'sweep',
 )
-# of these the short form reads the commands alone, see below; the README's are run
-SLOW = {'first_five_minutes', 'sweep'}
 TABLE = re.compile(r'^```\{toctree\}\n(.*?)^```$', flags=re.DOTALL | re.MULTILINE)
 LONGEST = 120  # letters of a line of the README
 
@@ -94,10 +92,7 @@ def test_every_page_stands_in_a_table_of_contents():
     assert listed == {path.with_suffix('') for path in DOCS.rglob('*.md')}
 
 
-@pytest.mark.parametrize(
-    'name',
-    [pytest.param(name, marks=pytest.mark.long if name in SLOW else ()) for name in PAGES],
-)
+@pytest.mark.parametrize('name', PAGES)
 def test_what_a_page_shows_runs(name, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     ran = 0

@@ -19,18 +19,11 @@ ROOT = Path(__file__).parents[2]
 WITH_NODE = ROOT / 'examples' / 'lockstep_controller.py'
 EIGHT = sorted((ROOT / 'examples' / 'eight_tasks').glob('*.py'))
 EXAMPLES = [*sorted({*(ROOT / 'examples').glob('*.py')} - {WITH_NODE}), *EIGHT]
-# what takes seconds runs in the long form: sweeps and reports, tables of pandas and pictures have
-# tests of their own
-SLOW = {'bag_into_numpy', 'compare_integrators'}
 COMPILED = {'stack', *(path.stem for path in EIGHT)}  # some hundred times slower as plain source
 MOST_LINES = 12  # of public API in each of the eight tasks
 
 
-@pytest.mark.parametrize(
-    'path',
-    [pytest.param(path, marks=pytest.mark.long if path.stem in SLOW else ()) for path in EXAMPLES],
-    ids=lambda path: path.stem,
-)
+@pytest.mark.parametrize('path', EXAMPLES, ids=lambda path: path.stem)
 def test_the_example_runs_from_any_folder_and_its_numbers_hold(path, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     with pytest.MonkeyPatch.context() as patch:

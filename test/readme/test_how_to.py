@@ -16,7 +16,6 @@ from ..patience import HANGING
 ROOT = Path(__file__).parents[2]
 PAGES = sorted((ROOT / 'docs' / 'how-to').glob('*.md'))
 BLOCK = re.compile(r'^```(\w*)\n(.*?)^```$', flags=re.DOTALL | re.MULTILINE)
-SLOW = {'friction', 'topic'}  # a run with contact, and one with a bag, as plain source
 FILE = re.compile(r'`((?:rigid_body_sim|config)/\S+\.(?:py|yaml))`:\s*\Z')
 
 
@@ -58,26 +57,7 @@ def build(page, folder):
     return checks
 
 
-def test_what_each_page_changes_is_in_the_package_and_what_it_writes_is_python():
-    """So that the pages that are built in the long form do not grow old meanwhile."""
-    for page in PAGES:
-        text, named = page.read_text(encoding='utf-8'), 0
-        for block in BLOCK.finditer(text):
-            language, source = block.groups()
-            path = FILE.search(text, 0, block.start())
-            if language == 'diff':
-                source = changed((ROOT / path.group(1)).read_text(encoding='utf-8'), source)
-            if language == 'python' or (path and path.group(1).endswith('.py')):
-                compile(source, page.name, 'exec')
-            named += path is not None
-        assert named, f'{page} names no file'
-
-
-@pytest.mark.parametrize(
-    'page',
-    [pytest.param(page, marks=pytest.mark.long if page.stem in SLOW else ()) for page in PAGES],
-    ids=lambda page: page.stem,
-)
+@pytest.mark.parametrize('page', PAGES, ids=lambda page: page.stem)
 def test_the_example_of_the_page_works_as_the_page_says(page, tmp_path):
     checks = build(page, tmp_path)
     assert checks, f'{page} has an example that nothing judges'
